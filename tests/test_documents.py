@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from andabata.bench.gallery import TABLE, exhibits
-from tests.documents import ROOT, documents
+from tests.support.documents import ROOT, documents
 
 DOCUMENTS = documents()
 PACKAGES = ("andabata", "rl", "terrain", "traversability", "worlds")

@@ -30,7 +30,7 @@ from andabata.evaluation.rooms import RoomEvaluationConfig
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.training.distillation import DistillationConfig
 from andabata.training.plans import TASKS, algorithms, load_plan
-from tests.documents import (
+from tests.support.documents import (
     ROOT,
     Block,
     blocks,

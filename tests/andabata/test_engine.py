@@ -8,7 +8,7 @@ import pytest
 from andabata.engine import SerialEngine, answer
 from andabata.engine_origin import here
 from andabata.engine_processes import ProcessEngine
-from tests import engine_laws as laws
+from tests.support import engine_laws as laws
 
 
 @pytest.mark.parametrize("make", [SerialEngine, lambda: ProcessEngine(1), lambda: ProcessEngine(2)])

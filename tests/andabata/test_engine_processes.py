@@ -12,8 +12,8 @@ import pytest
 
 from andabata.engine_processes import ProcessEngine, open_pool, run_tasks
 from terrain.compilation import on_first_compilation
-from tests import engine_laws as laws
-from tests.engine_work import compile_something, kill_the_worker_once, square
+from tests.support import engine_laws as laws
+from tests.support.engine_work import compile_something, kill_the_worker_once, square
 
 _PARENT = """
 import os, time

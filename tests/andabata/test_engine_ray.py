@@ -17,8 +17,8 @@ from andabata.bench.raylets import raylets
 from andabata.engine_origin import OriginError
 from andabata.engine_ray import RayEngine, RayError
 from andabata.runs.journal import Journal
-from tests import engine_laws as laws
-from tests.engine_work import (
+from tests.support import engine_laws as laws
+from tests.support.engine_work import (
     Unreadable,
     kill_the_worker_once,
     square,

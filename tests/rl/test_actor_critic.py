@@ -9,7 +9,7 @@ from rl.curriculum import Curriculum
 from rl.curriculum_config import CurriculumConfig, Stage
 from rl.spaces import steering_actions, steering_observations
 from rl.training import Episode, EpisodeSpec, play, serial_rollouts
-from tests.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal
+from tests.support.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal
 
 OBSERVATIONS, ACTIONS = steering_observations(4, 10.0, 0.5), steering_actions(0.5)
 

@@ -6,7 +6,7 @@ import torch
 
 from rl.critics import Fusion, StateCritic, TwinCritic, ValueCritic
 from rl.spaces import steering_actions, steering_observations
-from tests.known_environments import TARGETS, TWO_ACTIONS
+from tests.support.known_environments import TARGETS, TWO_ACTIONS
 
 OBSERVATIONS, ACTIONS = steering_observations(32, 10.0, 0.5), steering_actions(0.5)
 

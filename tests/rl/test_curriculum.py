@@ -6,8 +6,8 @@ import pytest
 from rl.actor_critic import ActorCriticConfig
 from rl.curriculum import Curriculum
 from rl.curriculum_config import Difficulty, Stage
-from tests.curricula import Recorder, config, made, rollouts, run
-from tests.known_environments import TurnToGoal
+from tests.support.curricula import Recorder, config, made, rollouts, run
+from tests.support.known_environments import TurnToGoal
 
 
 def test_a_killed_run_resumes_bit_for_bit():

@@ -8,8 +8,8 @@ import pytest
 from rl.curriculum import Curriculum, validation_score
 from rl.curriculum_config import Difficulty, Stage
 from rl.driving import driving_noise
-from tests.curricula import Recorder, config, made, rollouts, run
-from tests.known_environments import TurnToGoal
+from tests.support.curricula import Recorder, config, made, rollouts, run
+from tests.support.known_environments import TurnToGoal
 
 
 def test_a_stage_that_is_learnt_ends_early():

@@ -9,8 +9,8 @@ from rl.export import policy_to_onnx
 from rl.networks import DeterministicActor
 from rl.policy import policy_from_bytes, with_info, with_observations
 from rl.spaces import ObservationSpec, ObservationTerm
-from tests.known_environments import TARGETS, TWO_ACTIONS
-from tests.point_sets import ACTIONS, observation, point_observations
+from tests.support.known_environments import TARGETS, TWO_ACTIONS
+from tests.support.point_sets import ACTIONS, observation, point_observations
 
 TERMS = ("windows", "goal", "velocity")
 SPACE = ObservationSpec(

@@ -13,9 +13,9 @@ from rl.networks import Actor, DeterministicActor
 from rl.point_set_actor import PointSetActor
 from rl.policy import with_info
 from rl.spaces import ActionSpec, ObservationSpec
-from tests.known_environments import TARGETS, TWO_ACTIONS
-from tests.point_sets import ACTIONS as POINT_ACTIONS
-from tests.point_sets import observation, point_observations
+from tests.support.known_environments import TARGETS, TWO_ACTIONS
+from tests.support.point_sets import ACTIONS as POINT_ACTIONS
+from tests.support.point_sets import observation, point_observations
 
 onnx = pytest.importorskip("onnx", reason="onnx is not installed (extra `onnx`)")
 runtime = pytest.importorskip("onnxruntime", reason="onnxruntime is not installed (extra `onnx`)")

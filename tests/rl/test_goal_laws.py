@@ -6,8 +6,8 @@ import pytest
 from rl.goal_laws import LAWS, AwayPolicy, HeadingPolicy, ProportionalPolicy, RandomPolicy
 from rl.policy import policy_from_bytes
 from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
-from tests.known_environments import TARGETS, TWO_ACTIONS
-from tests.point_sets import ACTIONS, point_observations
+from tests.support.known_environments import TARGETS, TWO_ACTIONS
+from tests.support.point_sets import ACTIONS, point_observations
 
 SPACE = point_observations(4)
 POLAR = ObservationSpec(

@@ -4,7 +4,7 @@ import numpy as np
 
 from rl.gym_spaces import action_box, observation_box
 from rl.spaces import steering_observations
-from tests.known_environments import TWO_ACTIONS
+from tests.support.known_environments import TWO_ACTIONS
 
 
 def test_the_observation_box_has_the_bounds_of_the_spec():

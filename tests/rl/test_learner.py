@@ -7,7 +7,7 @@ import torch
 from rl.learner import DeviceError, find_device
 from rl.sac import SacConfig, SoftActorCritic
 from rl.training import EpisodeSpec, play
-from tests.known_environments import TARGETS, TWO_ACTIONS, MatchTargets
+from tests.support.known_environments import TARGETS, TWO_ACTIONS, MatchTargets
 
 
 def learner(device, seed=1):

@@ -7,7 +7,7 @@ from rl.actor_critic import ActorCritic, ActorCriticConfig
 from rl.learners import LearnerConfig, make_learner
 from rl.sac import SacConfig, SoftActorCritic
 from rl.td3 import Td3Config, TwinDelayed
-from tests.known_environments import TARGETS, TWO_ACTIONS
+from tests.support.known_environments import TARGETS, TWO_ACTIONS
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from rl.mlp import MlpPolicy
 from rl.networks import Actor
 from rl.policy import policy_from_bytes
 from rl.spaces import steering_actions, steering_observations
-from tests.known_environments import TARGETS, TWO_ACTIONS
+from tests.support.known_environments import TARGETS, TWO_ACTIONS
 
 OBSERVATIONS, ACTIONS = steering_observations(32, 10.0, 0.5), steering_actions(0.5)
 

@@ -14,7 +14,7 @@ from rl.networks import (
     use_one_thread,
 )
 from rl.spaces import steering_actions, steering_observations
-from tests.known_environments import TARGETS, TWO_ACTIONS
+from tests.support.known_environments import TARGETS, TWO_ACTIONS
 
 OBSERVATIONS, ACTIONS = steering_observations(32, 10.0, 0.5), steering_actions(0.5)
 

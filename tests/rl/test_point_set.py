@@ -6,7 +6,7 @@ import pytest
 from rl.point_set import PointSetPolicy
 from rl.policy import policy_from_bytes
 from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
-from tests.point_sets import ACTIONS, observation, point_observations
+from tests.support.point_sets import ACTIONS, observation, point_observations
 
 torch = pytest.importorskip("torch")
 

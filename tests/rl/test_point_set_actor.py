@@ -6,7 +6,7 @@ import torch
 
 from rl.gaussian_policy import LOG_SIGMA
 from rl.point_set_actor import PointSetActor
-from tests.point_sets import ACTIONS, observation, point_observations
+from tests.support.point_sets import ACTIONS, observation, point_observations
 
 
 def made(n=30, **settings):

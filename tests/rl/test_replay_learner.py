@@ -9,9 +9,9 @@ from rl.sac import SacConfig
 from rl.spaces import steering_actions, steering_observations
 from rl.td3 import Td3Config
 from rl.training import Episode, EpisodeSpec, play
-from tests.known_environments import TurnToGoal
-from tests.point_sets import ACTIONS as POINT_ACTIONS
-from tests.point_sets import observation, point_observations
+from tests.support.known_environments import TurnToGoal
+from tests.support.point_sets import ACTIONS as POINT_ACTIONS
+from tests.support.point_sets import observation, point_observations
 
 OBSERVATIONS, ACTIONS = steering_observations(4, 10.0, 0.5), steering_actions(0.5)
 

@@ -8,8 +8,16 @@ from rl.export import policy_to_onnx
 from rl.policy import policy_from_bytes
 from rl.sac import SacConfig, SoftActorCritic
 from rl.training import EpisodeSpec, play
-from tests.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal
-from tests.learning import ACTIONS, OBSERVATIONS, batch, copies, moved, share_facing_the_goal, train
+from tests.support.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal
+from tests.support.small_learners import (
+    ACTIONS,
+    OBSERVATIONS,
+    batch,
+    copies,
+    moved,
+    share_facing_the_goal,
+    train,
+)
 
 
 def test_it_learns_to_face_the_goal():

@@ -6,9 +6,9 @@ import torch
 from rl.policy import policy_from_bytes
 from rl.sac import ActorConfig, SacConfig, SoftActorCritic
 from rl.training import Episode
-from tests.learning import train
-from tests.point_sets import ACTIONS as POINT_ACTIONS
-from tests.point_sets import observation, point_observations
+from tests.support.point_sets import ACTIONS as POINT_ACTIONS
+from tests.support.point_sets import observation, point_observations
+from tests.support.small_learners import train
 
 POINTS = {
     "hidden": (16, 16),

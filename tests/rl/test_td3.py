@@ -9,8 +9,16 @@ from rl.exploration import NoiseSchedule, RandomTurns
 from rl.policy import policy_from_bytes
 from rl.td3 import Td3Config, TwinDelayed
 from rl.training import Episode, EpisodeSpec, play
-from tests.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal
-from tests.learning import ACTIONS, OBSERVATIONS, batch, copies, moved, share_facing_the_goal, train
+from tests.support.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal
+from tests.support.small_learners import (
+    ACTIONS,
+    OBSERVATIONS,
+    batch,
+    copies,
+    moved,
+    share_facing_the_goal,
+    train,
+)
 
 
 def test_it_learns_to_face_the_goal():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.traversability import reference
-from tests.traversability.made_ground import flat
+from tests.support import plain_perception
+from tests.support.polar_clouds import flat
 from traversability.binning import (
     COUNT,
     FURTHEST,
@@ -30,7 +30,7 @@ def test_quarters_are_those_of_the_arc_tangent(grid):
     """The tables give what bearing and distance give, for every point of 300,000."""
     points = np.random.default_rng(1).uniform(-11, 11, (300_000, 3)).astype(np.float32)
     quarters = fill_quarters(points, grid.model_copy(update={"max_height": 1e3}))
-    sector, ring = reference.bin_points(points, grid)
+    sector, ring = plain_perception.bin_points(points, grid)
     expected = np.where(sector >= 0, sector * 2 * grid.n_rings + ring, -1)
     np.testing.assert_array_equal(quarters.bins[: len(points)], expected)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.traversability.made_ground import flat, rough_ground
+from tests.support.polar_clouds import flat, rough_ground
 from traversability import cell_columns
 from traversability.binning import fill_quarters, polar_tables
 from traversability.cell_columns import MIN_DESCRIBED, make_workspace

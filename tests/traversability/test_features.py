@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.traversability import reference
-from tests.traversability.made_ground import flat, rough_ground
+from tests.support import plain_perception
+from tests.support.polar_clouds import flat, rough_ground
 from traversability.features import ALL_FEATURES, OWN_FEATURES, cell_features
 from traversability.grid import PolarGrid
 
@@ -19,7 +19,7 @@ def test_kernels_equal_numpy(grid, n):
     """Values and counts are those of the slow reference, on several grids."""
     points = rough_ground(n, seed=n)
     found = cell_features(points, grid)
-    values, counts = reference.describe(points, grid)
+    values, counts = plain_perception.describe(points, grid)
     np.testing.assert_array_equal(found.counts, counts)
     known = counts >= 5
     np.testing.assert_allclose(found.values[known], values[known], atol=1e-5)

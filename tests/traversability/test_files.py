@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pytest
 
-from tests.pcd_files import pcd_file
+from tests.support.pcd_files import pcd_file
 from traversability.arrays import ArrayFileError, pack, unpack
 from traversability.cloud import PointCloud
 from traversability.files import (

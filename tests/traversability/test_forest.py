@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.traversability.made_cells import GRID, SMALL, cells
+from tests.support.cell_samples import GRID, SMALL, cells
 from traversability.arrays import pack, unpack
 from traversability.features import ALL_FEATURES, CellFeatures
 from traversability.forest import Forest, ForestFileError, Thresholds

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.traversability.made_cells import GRID, SMALL, cells
+from tests.support.cell_samples import GRID, SMALL, cells
 from traversability.forest import Forest
 from traversability.forest_adaptation import AdaptationConfig, adapt_forest, sample_scores
 from traversability.forest_training import PAPER_RECIPE, train_forest

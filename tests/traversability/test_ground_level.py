@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.traversability.made_ground import flat
+from tests.support.polar_clouds import flat
 from traversability.binning import COUNT, X, Y, fill_quarters, polar_tables
 from traversability.cell_columns import make_workspace
 from traversability.cell_shape import describe_cells

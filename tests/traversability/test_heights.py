@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.traversability.made_ground import flat
+from tests.support.polar_clouds import flat
 from traversability.features import ALL_FEATURES, cell_features
 from traversability.grid import PolarGrid
 

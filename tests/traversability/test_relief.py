@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.traversability.made_ground import rough_ground
+from tests.support.polar_clouds import rough_ground
 from traversability.binning import fill_quarters, polar_tables
 from traversability.bumps import rings_with_bumps
 from traversability.cell_columns import MIN_DESCRIBED, make_workspace

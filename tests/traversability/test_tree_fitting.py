@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sklearn.ensemble import HistGradientBoostingClassifier, RandomForestClassifier
 
-from tests.traversability.made_cells import GRID, cells
+from tests.support.cell_samples import GRID, cells
 from traversability.features import ALL_FEATURES, PAPER_FEATURES
 from traversability.forest import Forest, Thresholds, leaf_sums
 from traversability.forest_adaptation import AdaptationConfig

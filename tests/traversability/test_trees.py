@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.traversability.made_cells import GRID, SMALL, cells
+from tests.support.cell_samples import GRID, SMALL, cells
 from traversability.features import ALL_FEATURES
 from traversability.forest import Forest, Thresholds, leaf_sums
 from traversability.forest_training import PAPER_RECIPE, train_forest

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.scanned_scenes import scene
+from tests.support.scanned_scenes import scene
 from traversability.cloud import PointCloud
 from traversability.viewpoint import Viewpoint
 

@@ -5,7 +5,7 @@ import pytest
 
 from terrain.classes import SemanticClass
 from terrain.objects import SceneObject, frustum
-from tests.true_maps import truth_of
+from tests.support.true_maps import truth_of
 from worlds.footprints import mark_footprints
 from worlds.traversability_map import Reason
 

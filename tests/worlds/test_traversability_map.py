@@ -8,7 +8,7 @@ from scipy.ndimage import map_coordinates
 
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
-from tests.true_maps import slope, truth_of
+from tests.support.true_maps import slope, truth_of
 
 
 def test_points_are_labelled_by_class_and_ground_by_its_shape():

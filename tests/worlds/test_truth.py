@@ -6,7 +6,7 @@ import pytest
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import frustum
-from tests.true_maps import slope, truth_of
+from tests.support.true_maps import slope, truth_of
 from worlds.traversability_map import Reason
 from worlds.truth import TruthConfig, build_truth, slope_and_step, with_vegetation_limit
 

@@ -5,7 +5,7 @@ import pytest
 
 from terrain.classes import SemanticClass
 from terrain.objects import box, frustum
-from tests.walking_worlds import peopled, walker
+from tests.support.walking_worlds import peopled, walker
 from worlds.rays.scene import RayScene
 from worlds.walking import Walkers, cover_rays
 

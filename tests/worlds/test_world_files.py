@@ -9,7 +9,7 @@ from safetensors.numpy import load, save
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import box, frustum
-from tests.walking_worlds import peopled, walker
+from tests.support.walking_worlds import peopled, walker
 from worlds.catalogue import make_world, patch
 from worlds.scenes import SceneCache
 from worlds.truth import TruthConfig, build_truth

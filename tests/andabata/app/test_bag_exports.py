@@ -9,7 +9,7 @@ from andabata.app.bag_exports import ExportRequest
 from andabata.app.cli import main
 from andabata.configuration.usage import UsageError
 from andabata.runs import atomic_io
-from tests.planned_drive import record_drive
+from tests.support.planned_drives import record_drive
 from traversability.files import read_cloud
 
 

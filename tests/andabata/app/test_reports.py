@@ -7,7 +7,7 @@ import pytest
 from andabata.app.cli import main
 from andabata.app.reports import RunKind, run_folders, run_kind
 from andabata.report.folder import RunFolderError
-from tests.room_policies import point_policy
+from tests.support.room_policies import point_policy
 
 
 @pytest.fixture(scope="module")

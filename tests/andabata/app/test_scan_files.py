@@ -17,7 +17,7 @@ from andabata.records.frames.sensor_pose import GivenMounting
 from andabata.records.messages import MessageBuilder
 from andabata.report.plots.axes import png
 from andabata.scanning.scan import ScanConfig
-from tests.scanned_scenes import advised, is_right, scan, scene, unpainted
+from tests.support.scanned_scenes import advised, is_right, scan, scene, unpainted
 from traversability.cloud import PointCloud
 from traversability.decoding import DecodedCloud
 from traversability.files import cloud_to_bytes

@@ -12,9 +12,9 @@ from PIL import Image
 from andabata.app.cli import main
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.tasks.rooms.batch import DiscRobotConfig, RoomBatch
-from tests.collada_files import crate
-from tests.sdf_meshes import angle_bar, block, ranges, save
-from tests.sdf_worlds import (
+from tests.support.collada_files import crate
+from tests.support.mesh_files import angle_bar, block, ranges, save
+from tests.support.sdf_worlds import (
     CUBE,
     PLANE,
     POST,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.world_summary import world_summary, world_text
-from tests.walking_worlds import walker
+from tests.support.walking_worlds import walker
 from worlds.catalogue import make_world
 
 

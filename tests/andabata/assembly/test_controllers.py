@@ -18,7 +18,7 @@ from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsC
 from andabata.navigation.policy_controller import PolicyController
 from andabata.navigation.reactive import ReactiveController, StraightController
 from rl.policy import with_info
-from tests.situations import situation
+from tests.support.situations import situation
 
 CONFIG = SimulatedRobotConfig(robot=RobotModel(speed=0.4))
 KINDS = {

@@ -16,7 +16,7 @@ from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
 from andabata.navigation.controller import Steering
 from andabata.navigation.perception import CloudPerception, HorizontalPerception
-from tests.situations import StubController, pose_at
+from tests.support.situations import StubController, pose_at
 
 CONFIG = SimulatedRobotConfig()
 FLAT = SimulatedRobotConfig(

@@ -16,7 +16,7 @@ from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
 from andabata.navigation.controller import Steering
 from andabata.navigation.reactive import ReactiveController
-from tests.situations import StubController
+from tests.support.situations import StubController
 from worlds.rays.geometry import NO_CLASS
 from worlds.world import Start
 

@@ -8,7 +8,7 @@ import pytest
 from andabata.bench.fields import FieldClassification, evaluate_fields, field_scores, field_table
 from andabata.datasets.field_suite import FREE_KINDS, FieldCase
 from terrain.classes import SemanticClass
-from tests.traversability.made_cells import SMALL, cells
+from tests.support.cell_samples import SMALL, cells
 from traversability.forest_training import train_forest
 from traversability.grid import PolarGrid
 from traversability.labels import CellState

@@ -11,7 +11,7 @@ from PIL import Image
 
 from andabata.bench import chromium, gallery
 from andabata.bench.gallery import TABLE, Exhibit, exhibits, fitted, make
-from tests.documents import ROOT, complaint, documents
+from tests.support.documents import ROOT, complaint, documents
 
 EXHIBITS = exhibits((ROOT / TABLE).read_text(encoding="utf-8"))
 PICTURES = ROOT / TABLE.parent / "pictures"

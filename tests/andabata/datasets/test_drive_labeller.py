@@ -7,7 +7,7 @@ from andabata.datasets.drive_labeller import DriveLabeller
 from andabata.datasets.drive_labels import label_driven_cells
 from andabata.datasets.drive_path import DriveLabelsConfig, DrivePath
 from andabata.machine.robot import RobotModel
-from tests.driven_ground import level_ground, period, straight
+from tests.support.driven_ground import level_ground, period, straight
 from traversability.features import cell_features
 from traversability.grid import PolarGrid
 from traversability.labels import CellState

@@ -7,7 +7,7 @@ from andabata.datasets.drive_labels import label_driven_cells
 from andabata.datasets.drive_path import DriveLabelsConfig, DrivePath
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
-from tests.driven_ground import SPEED, level_ground, period, raised, straight
+from tests.support.driven_ground import SPEED, level_ground, period, raised, straight
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
 

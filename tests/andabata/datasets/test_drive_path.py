@@ -3,7 +3,7 @@
 import numpy as np
 
 from andabata.datasets.drive_path import DriveLabelsConfig, DrivePath, Trouble, find_troubles
-from tests.driven_ground import SPEED, period, straight
+from tests.support.driven_ground import SPEED, period, straight
 
 CONFIG = DriveLabelsConfig()
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.datasets.foreign_clouds import foreign_samples, read_foreign_manifest
-from tests.driven_ground import level_ground
+from tests.support.driven_ground import level_ground
 from traversability.cloud import PointCloud
 from traversability.dataset import DatasetError
 from traversability.features import cell_features

@@ -17,7 +17,7 @@ from andabata.evaluation.barn import (
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
 from andabata.navigation.planar.null_navigators import StraightNavigator
-from tests.barn_folders import write_world
+from tests.support.barn_folders import write_world
 from worlds.rooms.barn import NARROW, barn_world
 from worlds.sdf.barn import BarnFileError
 

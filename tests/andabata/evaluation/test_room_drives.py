@@ -21,7 +21,7 @@ from andabata.tasks.terminations import Outcome
 from rl.driving import DRIVING_NOISE
 from rl.goal_laws import ProportionalPolicy
 from rl.policy import with_info
-from tests.room_policies import window_policy
+from tests.support.room_policies import window_policy
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.room import RoomTask, random_task
 from worlds.world import Start

@@ -9,7 +9,7 @@ from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.rooms.td3_config import GDAE_RADIUS, Td3Config
 from rl.goal_laws import HeadingPolicy
 from rl.policy import with_info
-from tests.room_policies import point_policy, window_policy
+from tests.support.room_policies import point_policy, window_policy
 
 TASK = Td3Config()
 TEN_BEAMS = TASK.model_copy(update={"lidar": PlanarLidarConfig.parse("ten-beams")})

@@ -20,7 +20,7 @@ from andabata.models import shipped_policy
 from andabata.tasks.rooms.spn_config import SpnConfig
 from rl.goal_laws import LAWS, ProportionalPolicy
 from rl.policy import with_info
-from tests.room_policies import window_policy
+from tests.support.room_policies import window_policy
 from worlds.rooms.catalogue import make_room
 
 TASK = SpnConfig()

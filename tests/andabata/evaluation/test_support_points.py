@@ -7,7 +7,7 @@ from andabata.evaluation.support_points import drive_with_support_points
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.tasks.rooms.spn_config import SpnConfig
 from rl.goal_laws import ProportionalPolicy
-from tests.room_policies import point_policy
+from tests.support.room_policies import point_policy
 from worlds.rooms.catalogue import make_room
 
 ROOM = make_room("spn-env2")

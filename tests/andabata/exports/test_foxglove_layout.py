@@ -10,7 +10,7 @@ from rosbags.rosbag1 import Reader
 from andabata.app.cli import main
 from andabata.exports.foxglove_layout import HEALTH, SCENE, foxglove_layout
 from andabata.records.topics import message_types
-from tests.planned_drive import record_drive
+from tests.support.planned_drives import record_drive
 
 
 def panels_of(tree):

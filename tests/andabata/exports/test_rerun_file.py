@@ -14,7 +14,7 @@ from andabata.records.bag_writers import open_writer
 from andabata.records.bags import Bag
 from andabata.records.messages import NS, MessageBuilder
 from andabata.records.topics import Topic
-from tests.planned_drive import START, record_drive
+from tests.support.planned_drives import START, record_drive
 from traversability.cloud import PointCloud
 
 SECONDS = 2.0

@@ -12,7 +12,7 @@ from andabata.exports.rerun_shapes import (
     polar_mesh,
     scan_points,
 )
-from tests.situations import GRID, nothing_seen
+from tests.support.situations import GRID, nothing_seen
 from traversability.virtual_scan import VirtualScan
 
 

@@ -16,7 +16,7 @@ from andabata.exports.topics import decode_bag_cloud, export_bag, file_names, re
 from andabata.records.bags import BagError
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
-from tests.recordings import stamp, write_bag
+from tests.support.recordings import stamp, write_bag
 from traversability.cloud import PointCloud
 from traversability.files import decode_cloud_file
 from traversability.formats import ply

@@ -9,7 +9,7 @@ from andabata.exports.track_file import export_tracks
 from andabata.exports.tracks import TrackError, read_tracks
 from andabata.machine.geo_reference import GeoReference
 from andabata.records.bags import Bag
-from tests.planned_drive import GOAL, T_MAP_ODOM, record_drive
+from tests.support.planned_drives import GOAL, T_MAP_ODOM, record_drive
 from traversability.files import read_cloud
 
 

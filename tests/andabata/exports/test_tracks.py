@@ -18,7 +18,7 @@ from andabata.records import topics
 from andabata.records.bag_writers import open_writer
 from andabata.records.bags import Bag, BagError
 from andabata.records.messages import NS, MessageBuilder
-from tests.planned_drive import GOAL, START, T_MAP_ODOM, in_map, record_drive
+from tests.support.planned_drives import GOAL, START, T_MAP_ODOM, in_map, record_drive
 
 EPOCH = 1_700_000_000
 

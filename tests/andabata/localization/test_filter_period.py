@@ -18,7 +18,7 @@ from andabata.localization.measurements import Measurements
 from andabata.localization.sigma_points import Workspace
 from andabata.machine.proprioception import GRAVITY
 from terrain.record import packed
-from tests.textbook_filter import GATED, HEADING_ONLY, OPEN, aside, field, fresh, rotation
+from tests.support.textbook_filter import GATED, HEADING_ONLY, OPEN, aside, field, fresh, rotation
 
 
 def period(stamps, omega=0.0, **rows):

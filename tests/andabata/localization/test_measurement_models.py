@@ -9,7 +9,7 @@ from andabata.localization.filter_state import PITCH, ROLL, STATES
 from andabata.localization.process_model import predict
 from andabata.localization.sigma_points import Workspace
 from andabata.machine.proprioception import GRAVITY
-from tests.textbook_filter import (
+from tests.support.textbook_filter import (
     GATED,
     OPEN,
     field,

@@ -6,7 +6,7 @@ from andabata.localization.filter_state import STATES
 from andabata.localization.measurement_models import correct_mag, correct_wheels
 from andabata.localization.process_model import predict
 from andabata.localization.sigma_points import Workspace
-from tests.textbook_filter import GATED, field, fresh, gyro
+from tests.support.textbook_filter import GATED, field, fresh, gyro
 
 
 def test_the_covariance_stays_symmetric_and_positive():

@@ -13,7 +13,7 @@ from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.simulator import SensingConfig, Simulator
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
-from tests.walking_worlds import peopled, walker
+from tests.support.walking_worlds import peopled, walker
 from worlds.rays.scene import RayScene
 from worlds.world import Start
 

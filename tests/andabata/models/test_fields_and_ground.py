@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from andabata.models import shipped_forest
-from tests.ground_clouds import LASERS, Cover, free_ground, plant_field
+from tests.support.level_clouds import LASERS, Cover, free_ground, plant_field
 from traversability.labels import CellState, label_cells
 from traversability.scanner import TraversabilityScanner
 

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from andabata.machine.pose import PoseTrack
 from andabata.machine.sensor_readings import Sweeps
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig, assembled_turn
-from tests.situations import pose_at
+from tests.support.situations import pose_at
 from traversability.cloud import PointCloud
 
 HEIGHT = 0.7

@@ -2,7 +2,7 @@
 
 from andabata.machine.kinematics import Twist
 from andabata.navigation.controller import NoPlanner, Steering
-from tests.situations import situation
+from tests.support.situations import situation
 
 
 def test_no_planner_leaves_goal_and_command_as_they_are():

@@ -20,7 +20,7 @@ from andabata.navigation.reactive import StraightController
 from andabata.records.messages import NS, MessageBuilder
 from andabata.records.recorder import MessageQueue, Recorder
 from andabata.records.topics import DIAGNOSTICS
-from tests.situations import (
+from tests.support.situations import (
     StubController,
     StubLocalizer,
     StubPerception,

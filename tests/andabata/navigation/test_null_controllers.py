@@ -6,7 +6,7 @@ import pytest
 from andabata.machine.kinematics import Twist
 from andabata.machine.robot import RobotModel
 from andabata.navigation.null_controllers import AwayController, RandomController
-from tests.situations import situation
+from tests.support.situations import situation
 
 ROBOT = RobotModel(speed=0.4, max_steering=0.6)
 

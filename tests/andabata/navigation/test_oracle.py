@@ -10,7 +10,7 @@ from andabata.navigation.oracle import OracleConfig, OracleController
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
-from tests.situations import situation
+from tests.support.situations import situation
 from worlds.world import Start
 
 ROBOT = RobotModel()

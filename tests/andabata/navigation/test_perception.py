@@ -8,7 +8,7 @@ from andabata.machine.sensor_readings import SensorReadings, Sweeps
 from andabata.models import shipped_forest
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.navigation.perception import CloudPerception, HorizontalPerception, assembler_of
-from tests.situations import GRID, StubLocalizer, pose_at
+from tests.support.situations import GRID, StubLocalizer, pose_at
 from traversability.cloud import PointCloud
 from traversability.scanner import TraversabilityScanner
 

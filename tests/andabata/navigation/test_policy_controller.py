@@ -14,7 +14,7 @@ from rl.spaces import (
     steering_observations,
     steering_points,
 )
-from tests.situations import GRID, scan_of, situation
+from tests.support.situations import GRID, scan_of, situation
 from traversability.virtual_scan import VirtualScan
 
 PAPER = steering_observations(32, 10.0, 0.5)

@@ -6,7 +6,7 @@ import pytest
 from andabata.machine.kinematics import Twist
 from andabata.machine.robot import RobotModel
 from andabata.navigation.reactive import ReactiveConfig, ReactiveController, StraightController
-from tests.situations import GRID, pose_at, scan_of, situation
+from tests.support.situations import GRID, pose_at, scan_of, situation
 
 
 def view(ranges, heading_error, distance=20.0, **changes):

@@ -14,21 +14,21 @@ from andabata.records.decoding.message_decoder import MessageDecoder
 from andabata.records.decoding.units import UnitFactors
 from andabata.records.messages import NS
 from andabata.records.remarks import Remarks
-from tests import made_bag
-from tests.made_messages import joints
+from tests.support import computed_bags
+from tests.support.foreign_messages import joints
 
 LASER = topics.LASER_CLOUD
 
 
 def surveyed(path, rows):
     """Return the survey of a bag with some rows."""
-    with Bag(made_bag.write(path / "x.bag", rows)) as bag:
+    with Bag(computed_bags.write(path / "x.bag", rows)) as bag:
         return survey_bag(bag, LASER, {}, MessageDecoder(units=UnitFactors()))
 
 
 def test_a_survey_counts_messages_and_keeps_readings(tmp_path):
     """Counts are by both names of a topic, and the history holds the readings."""
-    found = surveyed(tmp_path, made_bag.drive(3.0))
+    found = surveyed(tmp_path, computed_bags.drive(3.0))
     assert found.messages == {
         "/encoder_data": 300, "/imu": 300, "/mag_orientation": 300, "/laser_cloud": 30, "/fix": 3,
     }  # fmt: skip
@@ -44,8 +44,8 @@ def test_a_survey_counts_messages_and_keeps_readings(tmp_path):
 def test_a_cloud_of_another_clock_is_shifted_by_its_duration(tmp_path):
     """The stamp of a cloud is that of its first point, a tenth of a second before the last."""
     rows = [
-        made_bag.restamped(row, row.stamp_ns - 50 * NS) if row.topic == "/laser_cloud" else row
-        for row in made_bag.drive(3.0)
+        computed_bags.restamped(row, row.stamp_ns - 50 * NS) if row.topic == "/laser_cloud" else row
+        for row in computed_bags.drive(3.0)
     ]
     (piece,), _ = surveyed(tmp_path, rows).pieces(Remarks())
     duration = 359 / 3600
@@ -55,7 +55,7 @@ def test_a_cloud_of_another_clock_is_shifted_by_its_duration(tmp_path):
 
 def test_a_sensor_without_a_usable_message_is_refused(tmp_path):
     """The error has the most frequent reason, or the joints that were found."""
-    rows = made_bag.drive(2.0)
+    rows = computed_bags.drive(2.0)
     wheels = [row for row in rows if row.topic == "/encoder_data"]
     others = [row for row in rows if row.topic != "/encoder_data"]
     bad = [replace(row, content=replace(row.content, left=np.nan)) for row in wheels]
@@ -69,7 +69,7 @@ def test_a_sensor_without_a_usable_message_is_refused(tmp_path):
 
 def test_head_angles_are_shifted_like_their_sweeps():
     """A sweep still finds its angle after both were shifted."""
-    times = made_bag.EPOCH + np.arange(1, 100) * (NS // 40)
+    times = computed_bags.EPOCH + np.arange(1, 100) * (NS // 40)
     kinds = {topics.SCAN: 7, topics.HEAD_ANGLE: 7, topics.IMU: 0}
     messages = []
     for stamp in times:

@@ -7,7 +7,7 @@ from andabata.records.bag_writers import open_writer
 from andabata.records.bags import Bag, BagError
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import TWIST, message_types
-from tests.recordings import STRING, note, stamp, write_bag
+from tests.support.recordings import STRING, note, stamp, write_bag
 
 DEFINITIONS = {
     "an empty one": "",

@@ -6,7 +6,7 @@ import pytest
 from andabata.records.clocks import Clock, TopicStamps, duration_text, estimate_clock
 from andabata.records.messages import NS
 from andabata.records.remarks import Remarks
-from tests.made_stamps import BEGIN, topic_stamps
+from tests.support.wrong_stamps import BEGIN, topic_stamps
 
 
 def estimated(given):

@@ -7,7 +7,7 @@ import pytest
 from andabata.records.containers.container import Connection
 from andabata.records.deserialization import Deserializers, UnreadableConnectionError, one_line
 from andabata.records.topics import message_types
-from tests.made_messages import vector
+from tests.support.foreign_messages import vector
 
 KIND = "geometry_msgs/msg/Vector3"
 TEXT = "float64 x\nfloat64 y\nfloat64 z\n"

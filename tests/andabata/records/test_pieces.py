@@ -7,7 +7,7 @@ from andabata.records.clocks import TopicStamps
 from andabata.records.messages import NS
 from andabata.records.pieces import LONGEST_GAP, MOST_PIECES, cut_pieces
 from andabata.records.remarks import Remarks
-from tests.made_stamps import BEGIN, HOUR, topic_stamps
+from tests.support.wrong_stamps import BEGIN, HOUR, topic_stamps
 
 
 def cut(given):

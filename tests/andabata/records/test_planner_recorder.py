@@ -7,8 +7,8 @@ from andabata.records import topics
 from andabata.records.bags import Bag
 from andabata.records.map_messages import layer_of
 from andabata.records.messages import NS, header_ns, pose_of
-from tests.planned_drive import GOAL, START, PlannedDrive, in_map, record_drive
-from tests.played_graph import MemoryWriter
+from tests.support.planned_drives import GOAL, START, PlannedDrive, in_map, record_drive
+from tests.support.played_graph import MemoryWriter
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from andabata.records.drive_setup import read_setup
 from andabata.records.messages import MessageBuilder
 from andabata.records.recorded_settings import parse_settings
 from andabata.records.recorder import SETUP
-from tests import made_bag
+from tests.support import computed_bags
 
 COMPOSE = MessageBuilder(1)
 OLD = {
@@ -84,11 +84,11 @@ def test_the_controller_of_an_older_version_is_named_too(old, new):
 
 def test_a_recording_of_an_older_version_is_not_replayed(tmp_path, capsys):
     """The survey and the setup both refuse it, before defaults are used."""
-    rows = made_bag.drive(3.0)
+    rows = computed_bags.drive(3.0)
     begin = diagnostics(OLD)
     kind = topics.DIAGNOSTICS.kind
-    rows.append(made_bag.Row("/diagnostics", kind, rows[0].stamp_ns, begin))
-    path = made_bag.write(tmp_path / "old.bag", rows)
+    rows.append(computed_bags.Row("/diagnostics", kind, rows[0].stamp_ns, begin))
+    path = computed_bags.write(tmp_path / "old.bag", rows)
     assert main(["bag", "replay", str(path)]) == 1
     text = " ".join(capsys.readouterr().err.split())
     assert "expected settings of this version, got the keys 'rig' (now 'simulated_robot'), " in text
@@ -98,6 +98,6 @@ def test_a_recording_of_an_older_version_is_not_replayed(tmp_path, capsys):
 
 def test_a_copy_without_the_topic_is_replayed(tmp_path, capsys):
     """The next step that the error names is a real one."""
-    path = made_bag.write(tmp_path / "copy.bag", made_bag.drive(4.0))
+    path = computed_bags.write(tmp_path / "copy.bag", computed_bags.drive(4.0))
     assert main(["bag", "replay", str(path), "--controller", "straight", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["controller"] == "straight"

@@ -15,7 +15,7 @@ from andabata.records.drive_setup import DriveSetup, read_setup
 from andabata.records.messages import MessageBuilder, header_ns
 from andabata.records.recorder import MessageQueue, queue_readings
 from andabata.records.topics import TOPICS
-from tests.played_graph import MemoryWriter
+from tests.support.played_graph import MemoryWriter
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 

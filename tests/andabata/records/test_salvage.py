@@ -13,7 +13,14 @@ from mcap.reader import make_reader
 from andabata.app.cli import main
 from andabata.records.bags import Bag, BagError
 from andabata.records.salvage import salvage
-from tests.recordings import bag_record, mcap_records, stamp, write_bag, write_db3, write_mcap
+from tests.support.recordings import (
+    bag_record,
+    mcap_records,
+    stamp,
+    write_bag,
+    write_db3,
+    write_mcap,
+)
 
 DEBIAN_PYTHON = "/usr/bin/python3"
 
@@ -252,7 +259,7 @@ def test_a_folder_gets_metadata_that_rosbags_reads(tmp_path, suffix, packed):
     """A salvaged folder has a metadata.yaml for rosbags, in every compression."""
     from rosbags.rosbag2 import Reader
 
-    from tests.recordings import note
+    from tests.support.recordings import note
 
     folder = tmp_path / "drive"
     folder.mkdir()

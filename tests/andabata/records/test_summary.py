@@ -8,7 +8,7 @@ from rosbags.rosbag1 import Writer
 from andabata.app.cli import main
 from andabata.records.summary import summarise
 from andabata.records.topics import message_types
-from tests.recordings import STRING, bag_record, note, stamp, write_bag, write_mcap
+from tests.support.recordings import STRING, bag_record, note, stamp, write_bag, write_mcap
 
 
 def run(capsys, *words):

@@ -8,9 +8,9 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.records.messages import NS, MessageBuilder
-from tests import made_bag
-from tests.edited_bags import reframed, stamped
-from tests.made_bag import Row, new, restamped, stamp_of, write
+from tests.support import computed_bags
+from tests.support.computed_bags import Row, new, restamped, stamp_of, write
+from tests.support.edited_bags import reframed, stamped
 
 JOINT_STATE, TF = "sensor_msgs/msg/JointState", "tf2_msgs/msg/TFMessage"
 NAMES = ("fl_wheel", "rl_wheel", "fr_wheel", "rr_wheel")
@@ -20,7 +20,7 @@ JOINTS = ("--map", "/encoder_data=/joint_states")
 @pytest.fixture(scope="module")
 def rows():
     """Messages of a drive of 13 seconds, whose fixes spread far enough to judge the wheels."""
-    return made_bag.drive(13.0)
+    return computed_bags.drive(13.0)
 
 
 @pytest.fixture
@@ -166,7 +166,7 @@ def test_accelerations_of_the_wrong_sign_are_reversed(replay, rows):
 
 def test_without_a_turn_both_causes_of_a_force_downwards_are_named(replay):
     """The sign's option gives the same drive; the mounting's is for an IMU upside down."""
-    straight = made_bag.drive(8.0, turning=0.0)
+    straight = computed_bags.drive(8.0, turning=0.0)
     _, plain, _ = replay(straight)
     code, _, err = replay(edited(straight, "/imu", negated))
     assert code == 1
@@ -259,7 +259,7 @@ def test_a_second_imu_on_the_topic_is_refused_where_it_differs(replay, rows):
 
 def test_wheels_of_another_unit_on_a_straight_drive_contradict_the_fixes(replay):
     """Without a turn the fixes alone tell; the unit that is advised mends it."""
-    straight = made_bag.drive(40.0, turning=0.0)
+    straight = computed_bags.drive(40.0, turning=0.0)
 
     def slow(row, _):
         m = row.content

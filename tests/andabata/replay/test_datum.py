@@ -20,7 +20,7 @@ from andabata.records.messages import MessageBuilder
 from andabata.records.recorder import DATUM
 from andabata.records.remarks import Remarks
 from andabata.replay.datum import add_fix_remarks, given_geo_reference, position_fields
-from tests.moved_drives import SENSORS, YEAR, copied, differing, moved, place, watched
+from tests.support.moved_drives import SENSORS, YEAR, copied, differing, moved, place, watched
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "reactive"]
 REPLAY = ["bag", "replay", "--controller", "reactive"]

@@ -5,8 +5,8 @@ import numpy as np
 from andabata.datasets.drive_path import DriveLabelsConfig
 from andabata.replay.labelled_drive import label_drive
 from andabata.replay.options import ReplayOptions
-from tests import made_bag
-from tests.made_bag import EPOCH, Row, new, write
+from tests.support import computed_bags
+from tests.support.computed_bags import EPOCH, Row, new, write
 from traversability.grid import PolarGrid
 
 CONFIG = DriveLabelsConfig()
@@ -34,7 +34,7 @@ def labels(path):
 
 def test_the_way_of_a_recording_labels_its_clouds(tmp_path):
     """A drive of ten seconds labels crossed cells of its clouds as free, and none as blocked."""
-    found, result = labels(write(tmp_path / "a.bag", made_bag.drive(10.0)))
+    found, result = labels(write(tmp_path / "a.bag", computed_bags.drive(10.0)))
     assert 5 <= found.clouds <= 10
     assert len(found.cells.blocked) > 50
     assert not found.cells.blocked.any()
@@ -44,9 +44,9 @@ def test_the_way_of_a_recording_labels_its_clouds(tmp_path):
 
 def test_a_recorded_command_that_still_wheels_ignore_is_a_stop(tmp_path):
     """Commands of /cmd_vel over still wheels block the ground ahead; over turning ones nothing."""
-    good = labels(write(tmp_path / "good.bag", with_commands(made_bag.drive(10.0), 0.3)))[0]
+    good = labels(write(tmp_path / "good.bag", with_commands(computed_bags.drive(10.0), 0.3)))[0]
     assert not good.cells.blocked.any()
-    rows = with_commands(made_bag.drive(10.0), 0.3, still_from=6.0)
+    rows = with_commands(computed_bags.drive(10.0), 0.3, still_from=6.0)
     stuck = labels(write(tmp_path / "stuck.bag", rows))[0]
     assert stuck.troubles == {"stopped": 1, "slipped": 0, "tilted": 0}
     assert stuck.cells.blocked.any()

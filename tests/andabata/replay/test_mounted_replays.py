@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from andabata.app.cli import main
 from andabata.records.messages import NS, MessageBuilder
 from andabata.replay.result import Comparison
-from tests.edited_bags import (
+from tests.support.edited_bags import (
     copy_bag,
     moved_cloud,
     reframed,

@@ -8,8 +8,8 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.records.messages import NS
-from tests import made_bag
-from tests.made_bag import EPOCH, Row, new, restamped, stamp_of, write
+from tests.support import computed_bags
+from tests.support.computed_bags import EPOCH, Row, new, restamped, stamp_of, write
 
 JUMP = EPOCH + 5 * NS
 
@@ -17,7 +17,7 @@ JUMP = EPOCH + 5 * NS
 @pytest.fixture(scope="module")
 def rows():
     """Messages of a drive of eight seconds."""
-    return made_bag.drive(8.0)
+    return computed_bags.drive(8.0)
 
 
 def replay(capsys, path, *words):

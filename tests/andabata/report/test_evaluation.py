@@ -6,7 +6,7 @@ import pytest
 
 from andabata.report import evaluation
 from andabata.report.evaluation import report_evaluation
-from tests.report_folders import written_evaluation
+from tests.support.report_folders import written_evaluation
 
 
 @pytest.fixture(scope="module")

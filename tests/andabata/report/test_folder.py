@@ -14,7 +14,7 @@ from andabata.report.folder import (
     read_rows,
     settings_of,
 )
-from tests.report_folders import written_drive, written_evaluation
+from tests.support.report_folders import written_drive, written_evaluation
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from andabata.app.cli import main
-from tests.report_folders import (
+from tests.support.report_folders import (
     made_barn,
     made_classifiers,
     made_clouds,

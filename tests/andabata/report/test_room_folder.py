@@ -6,7 +6,7 @@ from andabata.engine import SerialEngine
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig
 from andabata.report.room_folder import RoomFolder
-from tests.room_policies import point_policy
+from tests.support.room_policies import point_policy
 
 
 def test_policies_keep_their_drives_whatever_their_names(tmp_path):

@@ -10,7 +10,7 @@ from andabata.app.jobs.training import with_features
 from andabata.report.room_training import TABLE_1, RoomTest
 from andabata.training.plans import load_plan
 from andabata.training.run import HISTORY
-from tests.room_policies import point_policy
+from tests.support.room_policies import point_policy
 
 ALL = [50] * 16
 

@@ -9,7 +9,7 @@ from andabata.report.success import plan_name, success_curves
 from andabata.report.training_folder import TrainingRun
 from andabata.training.plans import load_plan
 from andabata.training.run import HISTORY
-from tests.room_policies import window_policy
+from tests.support.room_policies import window_policy
 
 
 def write(folder, plan_name, seed, rates, steps=1000):

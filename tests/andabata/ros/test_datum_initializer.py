@@ -20,8 +20,8 @@ from andabata.records.messages import NS, MessageBuilder
 from andabata.records.recorder import DATUM, MessageQueue, queue_readings
 from andabata.ros.graph import RosError
 from andabata.ros.navigator_node import NavigatorNode
-from tests.moved_drives import place
-from tests.played_graph import MemoryWriter, PlayedGraph
+from tests.support.moved_drives import place
+from tests.support.played_graph import MemoryWriter, PlayedGraph
 from worlds.catalogue import make_world, patch
 from worlds.rays.scene import RayScene
 from worlds.world import Start

@@ -14,8 +14,8 @@ from andabata.records import topics
 from andabata.records.frames.names import FrameError
 from andabata.records.messages import NS
 from andabata.ros.navigator_node import NavigatorNode
-from tests.edited_bags import copy_bag, moved_cloud, turn, turned_imu
-from tests.played_graph import PlayedGraph
+from tests.support.edited_bags import copy_bag, moved_cloud, turn, turned_imu
+from tests.support.played_graph import PlayedGraph
 
 CLOUD, IMU = "/laser_cloud", "/imu"
 MOUNTED = (0.1, 0.0, 0.9)

@@ -11,7 +11,7 @@ from andabata.records import topics
 from andabata.records.messages import NS, MessageBuilder
 from andabata.ros.robot_node import RobotNode
 from andabata.tasks.episode_monitor import TerminationConfig
-from tests.played_graph import PlayedGraph
+from tests.support.played_graph import PlayedGraph
 from worlds.catalogue import make_world, patch
 from worlds.rays.scene import RayScene
 from worlds.world import Start, Task

@@ -9,8 +9,8 @@ from andabata.records.decoding.sensor_decoder import SensorDecoder
 from andabata.records.decoding.units import UnitFactors
 from andabata.records.messages import NS, MessageBuilder
 from andabata.ros.sensor_inbox import SensorInbox
-from tests.edited_bags import transforms
-from tests.played_graph import PlayedGraph
+from tests.support.edited_bags import transforms
+from tests.support.played_graph import PlayedGraph
 
 EPOCH = 1_700_000_000 * NS
 BUILDER = MessageBuilder(1, EPOCH)

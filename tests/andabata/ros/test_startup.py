@@ -13,7 +13,7 @@ from andabata.ros import startup
 from andabata.ros.graph import RosError
 from andabata.ros.sensor_inbox import SensorInbox
 from andabata.ros.startup import StartFinder, check_clock, wait_for_transforms
-from tests.played_graph import PlayedGraph
+from tests.support.played_graph import PlayedGraph
 
 EPOCH = 1_700_000_000 * NS
 BUILDER = MessageBuilder(1, EPOCH)

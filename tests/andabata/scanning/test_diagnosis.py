@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from andabata.records import topics
 from andabata.records.bag_writers import open_writer
 from andabata.records.messages import MessageBuilder
-from tests.scanned_scenes import advised, is_right, scan, scene, unpainted
+from tests.support.scanned_scenes import advised, is_right, scan, scene, unpainted
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
 

@@ -8,7 +8,7 @@ from andabata.machine.mounting import Mounting
 from andabata.models import shipped_forest
 from andabata.scanning.explanations import Origin, could_be_feet, explain, is_level_ground
 from andabata.scanning.scan import ScanConfig, Scanned, scan_cloud
-from tests.scanned_scenes import scene
+from tests.support.scanned_scenes import scene
 from traversability.cloud import PointCloud
 
 MOUNTED = ScanConfig(mounting=Mounting(x=0.2, y=-0.1))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.las_files import geo_keys, las_file
-from tests.pcd_files import IDENTITY, pcd_file
-from tests.scanned_scenes import advised, is_right, scan, scene, unpainted
+from tests.support.las_files import geo_keys, las_file
+from tests.support.pcd_files import IDENTITY, pcd_file
+from tests.support.scanned_scenes import advised, is_right, scan, scene, unpainted
 
 VIEWPOINT = "5 3 0.72 0.70710678 0 0 0.70710678"
 

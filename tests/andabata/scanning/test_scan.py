@@ -10,7 +10,7 @@ from andabata.app.cli import main
 from andabata.records import topics
 from andabata.records.bag_writers import open_writer
 from andabata.records.messages import MessageBuilder
-from tests.edited_bags import transforms
+from tests.support.edited_bags import transforms
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
 

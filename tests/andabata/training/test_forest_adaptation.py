@@ -17,7 +17,7 @@ from andabata.training.forest_adaptation import (
     adaptation_text,
     split_in_time,
 )
-from tests.traversability.made_cells import GRID, SMALL, cells
+from tests.support.cell_samples import GRID, SMALL, cells
 from traversability.forest_adaptation import AdaptationConfig
 from traversability.forest_training import train_forest
 from traversability.scores import CellScores

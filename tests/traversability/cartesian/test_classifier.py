@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.models import shipped_ground_classifier
-from tests.traversability.cartesian.ground_clouds import (
+from tests.support.ground_cell_clouds import (
     column,
     described,
     flat,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.traversability.cartesian.ground_clouds import HERE, flat, sheet
+from tests.support.ground_cell_clouds import HERE, flat, sheet
 from traversability.cartesian.elevation_grid import HIGHEST, LOWEST, MEAN, POINTS, ElevationGrid
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.traversability.cartesian.ground_clouds import (
+from tests.support.ground_cell_clouds import (
     HERE,
     column,
     described,

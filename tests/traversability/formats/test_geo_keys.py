@@ -4,7 +4,7 @@ import struct
 
 import pytest
 
-from tests.las_files import geo_keys
+from tests.support.las_files import geo_keys
 from traversability.formats.error import FormatError
 from traversability.formats.geo_keys import units_of_geo_keys
 from traversability.formats.length_units import UnknownUnitError

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.las_files import GEOGRAPHIC_WKT, geo_keys, las_file, projected_wkt, vertical_wkt
+from tests.support.las_files import GEOGRAPHIC_WKT, geo_keys, las_file, projected_wkt, vertical_wkt
 from traversability.files import CloudFileError, cloud_to_bytes, decode_cloud_file
 
 pytest.importorskip("laspy")

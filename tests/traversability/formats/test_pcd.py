@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.pcd_files import pcd_file
+from tests.support.pcd_files import pcd_file
 from traversability.formats import pcd
 from traversability.formats.error import FormatError
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.las_files import GEOGRAPHIC_WKT, projected_wkt, vertical_wkt
+from tests.support.las_files import GEOGRAPHIC_WKT, projected_wkt, vertical_wkt
 from traversability.formats.error import FormatError
 from traversability.formats.length_units import UnknownUnitError
 from traversability.formats.well_known_text import parse_text, units_of_text

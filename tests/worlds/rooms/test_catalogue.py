@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from tests.room_shapes import has_no_way_narrower_than, share_of_largest_region
+from tests.support.room_widths import has_no_way_narrower_than, share_of_largest_region
 from worlds.rooms.catalogue import UnknownRoomError, make_room, room_names, room_plan
 from worlds.rooms.geodesics import remaining, ways_to
 from worlds.rooms.mover_placement import draw_movers

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from tests.room_shapes import has_no_way_narrower_than, obstacle_count, share_of_largest_region
+from tests.support.room_widths import (
+    has_no_way_narrower_than,
+    obstacle_count,
+    share_of_largest_region,
+)
 from worlds.rooms.clutter import COVERAGE, random_cluttered_room
 from worlds.rooms.geodesics import remaining, ways_to
 from worlds.rooms.room import Room, RoomPlan, coverage, random_task

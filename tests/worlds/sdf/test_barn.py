@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.barn_folders import world_text, write_world
-from tests.sdf_worlds import pose, solid
+from tests.support.barn_folders import world_text, write_world
+from tests.support.sdf_worlds import pose, solid
 from worlds.rooms.barn import MIDDLE, TASK
 from worlds.sdf.barn import BarnFileError, barn_files, read_barn_path, read_barn_world
 from worlds.sdf.elements import SdfError

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.collada_files import document, instance, node, of_surface, words, write
-from tests.sdf_meshes import block
+from tests.support.collada_files import document, instance, node, of_surface, words, write
+from tests.support.mesh_files import block
 from worlds.sdf import collada
 from worlds.sdf.collada import read_collada
 from worlds.sdf.elements import SdfError

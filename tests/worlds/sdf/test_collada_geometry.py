@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.collada_files import INPUT, NAMESPACE, geometry, triangles
+from tests.support.collada_files import INPUT, NAMESPACE, geometry, triangles
 from worlds.sdf.collada_geometry import Ids, triangles_of
 from worlds.sdf.elements import SdfError, read_xml
 

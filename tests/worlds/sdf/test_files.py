@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.sdf_worlds import (
+from tests.support.sdf_worlds import (
     collision,
     document,
     include,

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.sdf_meshes import angle_bar, block, save
+from tests.support.mesh_files import angle_bar, block, save
 from worlds.sdf.elements import Element
 from worlds.sdf.footprints import Footprint, facing, footprint, is_ground, is_level
 from worlds.sdf.outlines import area

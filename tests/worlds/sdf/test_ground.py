@@ -5,9 +5,9 @@ import pytest
 from PIL import Image
 
 from terrain.classes import SemanticClass
-from tests.collada_files import crate
-from tests.sdf_meshes import angle_bar, block, ranges, save, torus
-from tests.sdf_worlds import CUBE, PLANE, POST, document, pose, read, solid
+from tests.support.collada_files import crate
+from tests.support.mesh_files import angle_bar, block, ranges, save, torus
+from tests.support.sdf_worlds import CUBE, PLANE, POST, document, pose, read, solid
 from worlds.bodies import build_bodies
 from worlds.quiet_pybullet import pybullet
 from worlds.rays.scene import RayScene

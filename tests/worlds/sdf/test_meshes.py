@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.collada_files import document, instance, node, of_surface, write
-from tests.sdf_meshes import angle_bar, block, save, together, torus
+from tests.support.collada_files import document, instance, node, of_surface, write
+from tests.support.mesh_files import angle_bar, block, save, together, torus
 from worlds.sdf import meshes
 from worlds.sdf.elements import SdfError
 from worlds.sdf.meshes import Surface, is_closed, load_mesh, normals, parts, volume

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.sdf_meshes import angle_bar, block, occupied, together, torus
+from tests.support.mesh_files import angle_bar, block, occupied, together, torus
 from worlds.rooms.edges import edge_clearances, outline_edges
 from worlds.sdf.meshes import Surface
 from worlds.sdf.outlines import (

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.sdf_meshes import angle_bar, ranges, save
-from tests.sdf_worlds import CUBE, PLANE, POST, pose, read, solid
+from tests.support.mesh_files import angle_bar, ranges, save
+from tests.support.sdf_worlds import CUBE, PLANE, POST, pose, read, solid
 from worlds.rooms.room import Room
 from worlds.sdf.elements import SdfError
 from worlds.sdf.room import is_flat, room_of

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.sdf_worlds import CUBE, PLANE, read, solid, write
+from tests.support.sdf_worlds import CUBE, PLANE, read, solid, write
 from worlds.sdf.elements import SdfError
 from worlds.sdf.shapes import (
     Box,

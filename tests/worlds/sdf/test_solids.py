@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from tests.sdf_meshes import angle_bar, block, save, torus
+from tests.support.mesh_files import angle_bar, block, save, torus
 from worlds.sdf.elements import Element, SdfError
 from worlds.sdf.meshes import Surface, normals, volume
 from worlds.sdf.shapes import (

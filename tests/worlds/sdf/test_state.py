@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.sdf_worlds import (
+from tests.support.sdf_worlds import (
     collision,
     include,
     link,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.sdf_meshes import save
-from tests.sdf_worlds import CUBE, pose, read, solid
+from tests.support.mesh_files import save
+from tests.support.sdf_worlds import CUBE, pose, read, solid
 from worlds.sdf.elements import SdfError
 from worlds.sdf.meshes import Surface
 from worlds.sdf.terrain import terrain_of

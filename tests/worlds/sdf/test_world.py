@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.sdf_worlds import (
+from tests.support.sdf_worlds import (
     CUBE,
     POST,
     collision,

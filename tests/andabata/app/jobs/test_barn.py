@@ -10,7 +10,7 @@ from andabata.app.options.evaluation import BarnEvaluationOptions, TrialOptions
 from andabata.configuration.usage import UsageError
 from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.models import shipped_policy
-from tests.barn_folders import write_world
+from tests.support.barn_folders import write_world
 
 BLIND = ["evaluate", "--task", "barn", "--controllers", "straight,random", "--workers", "1"]
 

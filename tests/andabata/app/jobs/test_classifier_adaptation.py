@@ -5,7 +5,7 @@ import json
 import pytest
 
 from andabata.app.cli import main
-from tests import made_bag
+from tests.support import computed_bags
 from traversability.forest import Forest
 
 
@@ -13,7 +13,7 @@ from traversability.forest import Forest
 def folder(tmp_path_factory):
     """Return a folder with a recording, clouds and settings that fit their size."""
     folder = tmp_path_factory.mktemp("adapt")
-    made_bag.write(folder / "drive.bag", made_bag.drive(12.0))
+    computed_bags.write(folder / "drive.bag", computed_bags.drive(12.0))
     words = ["clouds", "generate", "--out", str(folder / "clouds"), "--train", "2"]
     assert main([*words, "--validation", "1", "--seed", "7", "--workers", "1", "--quiet"]) == 0
     return folder

@@ -12,7 +12,7 @@ from andabata.app.options.mountings import (
 from andabata.configuration.settings import SettingsError
 from andabata.configuration.usage import UsageError
 from andabata.records.frames.sensor_pose import UNNAMED
-from tests.edited_bags import turn
+from tests.support.edited_bags import turn
 
 
 def test_six_numbers_are_a_pose_and_five_leave_the_height_open():

@@ -4,7 +4,7 @@ import pytest
 
 from andabata.app.reference import FOLDER, pages
 from andabata.app.reference.__main__ import main
-from tests.documents import ROOT
+from tests.support.documents import ROOT
 
 PAGES = pages()
 

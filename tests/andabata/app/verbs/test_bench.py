@@ -3,7 +3,7 @@
 import shlex
 
 from andabata.app.command import examples
-from tests.documents import complaint, verbs
+from tests.support.documents import complaint, verbs
 
 HELP = dict(verbs())["bench"].help
 

@@ -14,9 +14,9 @@ from andabata.app.command import EXAMPLES, examples
 from andabata.records import topics
 from andabata.records.bag_writers import open_writer
 from andabata.records.messages import MessageBuilder
-from tests.documents import verbs
-from tests.planned_drive import record_drive
-from tests.sdf_worlds import PLANE, POST, document, solid
+from tests.support.documents import verbs
+from tests.support.planned_drives import record_drive
+from tests.support.sdf_worlds import PLANE, POST, document, solid
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes
 from worlds.splits import DEVELOPMENT_SEED

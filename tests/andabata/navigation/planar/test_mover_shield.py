@@ -6,7 +6,7 @@ import pytest
 from andabata.machine.kinematics import Twist
 from andabata.navigation.planar.hit_layer import LaserPose
 from andabata.navigation.planar.mover_shield import MoverShield
-from tests.mover_scans import LASER, PERIOD, RADIUS, Scanner, straight
+from tests.support.mover_scans import LASER, PERIOD, RADIUS, Scanner, straight
 
 AHEAD, STAND = Twist(1.0, 0.0), Twist(0.0, 0.0)
 ROBOT = 0.2

@@ -5,7 +5,7 @@ import pytest
 
 from andabata.navigation.planar.hit_layer import LaserPose
 from andabata.navigation.planar.mover_tracks import MoverTracks, MoverTracksConfig
-from tests.mover_scans import LASER, PERIOD, RADIUS, Scanner, straight
+from tests.support.mover_scans import LASER, PERIOD, RADIUS, Scanner, straight
 
 
 def follow(places, poses=None, config=None, lidar=LASER, noise=0.0):

@@ -17,7 +17,7 @@ from andabata.navigation.planar.mpc_rollouts import (
 )
 from andabata.navigation.planar.nearest_hits import NearestHits
 from andabata.navigation.planar.time_to_go import TimeField
-from tests.square_of_hits import hits_at
+from tests.support.hit_squares import hits_at
 
 PERIOD, STEPS, CELLS = 0.05, 40, 64
 LIMITS = WheelLimits(-0.5, 2.0, 2.0, 0.28, 4.0)

@@ -12,7 +12,7 @@ from andabata.navigation.planar.time_to_go import (
     TimeToGoConfig,
     limits_of,
 )
-from tests.square_of_hits import hits_at
+from tests.support.hit_squares import hits_at
 
 LIMITS = WheelLimits(-0.5, 2.0, 2.0, 0.28, 4.0)
 FOOTPRINT = box_footprint(0.508, 0.430)

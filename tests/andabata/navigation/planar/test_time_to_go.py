@@ -11,7 +11,7 @@ from andabata.navigation.planar.time_to_go import (
     limits_of,
     time_at,
 )
-from tests.square_of_hits import hits_at
+from tests.support.hit_squares import hits_at
 
 CELLS, CELL = 128, 0.05
 HALF_WIDTH, MARGIN, CONFIG = 0.215, MarginConfig(), TimeToGoConfig()

@@ -7,7 +7,7 @@ from andabata.models import shipped_ground_classifier
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
-from tests.situations import ORIGIN, StubAssembler, constant_classifier, layers_of
+from tests.support.situations import ORIGIN, StubAssembler, constant_classifier, layers_of
 from traversability.cloud import PointCloud
 
 CELL = 0.1

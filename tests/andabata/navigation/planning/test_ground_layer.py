@@ -5,7 +5,7 @@ import pytest
 
 from andabata.models import shipped_ground_classifier
 from andabata.navigation.planning.ground_layer import GroundLayer, GroundLayerConfig
-from tests.situations import ORIGIN, constant_classifier
+from tests.support.situations import ORIGIN, constant_classifier
 from traversability.cartesian.elevation_grid import ElevationGrid
 
 MIDDLES = 0.2 * ((np.arange(256) + 128) % 256 - 128) + 0.1

@@ -14,8 +14,8 @@ from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import box
-from tests.local_plans import AHEAD, OCCUPANCY, cell_of, seen, wall_ahead
-from tests.situations import GRID, ORIGIN, nothing_seen, odds_of, pose_at, situation
+from tests.support.local_plans import AHEAD, OCCUPANCY, cell_of, seen, wall_ahead
+from tests.support.situations import GRID, ORIGIN, nothing_seen, odds_of, pose_at, situation
 from traversability.labels import CellState
 from traversability.virtual_scan import certain_log_odds
 from worlds.rays.scene import RayScene

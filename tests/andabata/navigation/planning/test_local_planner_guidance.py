@@ -7,8 +7,17 @@ from andabata.machine.kinematics import Twist
 from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
 from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
 from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsConfig
-from tests.local_plans import scans, seen, wall_ahead
-from tests.situations import GRID, ORIGIN, between, odds_of, pose_at, scan_of, sector_of, situation
+from tests.support.local_plans import scans, seen, wall_ahead
+from tests.support.situations import (
+    GRID,
+    ORIGIN,
+    between,
+    odds_of,
+    pose_at,
+    scan_of,
+    sector_of,
+    situation,
+)
 
 
 def test_the_controller_is_shown_the_sub_goals_bearing():

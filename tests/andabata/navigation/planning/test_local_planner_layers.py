@@ -6,8 +6,8 @@ import pytest
 from andabata.models import shipped_ground_classifier
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.local_planner import LocalPlanner
-from tests.local_plans import AHEAD, OCCUPANCY, cell_of, scans
-from tests.situations import (
+from tests.support.local_plans import AHEAD, OCCUPANCY, cell_of, scans
+from tests.support.situations import (
     GRID,
     ORIGIN,
     StubAssembler,

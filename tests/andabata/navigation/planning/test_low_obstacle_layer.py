@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayer, LowObstacleLayerConfig
-from tests.situations import ORIGIN
+from tests.support.situations import ORIGIN
 from traversability.cartesian.elevation_grid import ElevationGrid
 
 CELL = 0.1

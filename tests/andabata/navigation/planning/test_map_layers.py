@@ -5,8 +5,8 @@ import pytest
 
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.planning.map_layers import UNITS, map_layers, shifted, unwrapped
-from tests.planned_drive import wall_ranges
-from tests.situations import GRID, ORIGIN, StubAssembler, layers_of, odds_of
+from tests.support.planned_drives import wall_ranges
+from tests.support.situations import GRID, ORIGIN, StubAssembler, layers_of, odds_of
 from traversability.cartesian.rolling_grid import RollingGrid
 
 PLACES = (ORIGIN, np.array([-7.3, 40.1]), np.array([1000.0, -333.3]))

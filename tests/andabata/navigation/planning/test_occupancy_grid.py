@@ -9,7 +9,7 @@ from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
 from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
 from andabata.navigation.planning.occupancy_grid import OccupancyGrid
-from tests.situations import GRID, ORIGIN, between, nothing_seen, odds_of
+from tests.support.situations import GRID, ORIGIN, between, nothing_seen, odds_of
 from traversability.grid import PolarGrid
 
 CONFIG = OccupancyGridConfig()

@@ -6,7 +6,7 @@ import pytest
 from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
 from andabata.navigation.planning.occupancy_layers import take_ground
 from andabata.navigation.planning.occupancy_scan import Gains, add_scan, polar_cells
-from tests.situations import GRID
+from tests.support.situations import GRID
 
 CONFIG = OccupancyGridConfig()
 POLAR = polar_cells(GRID, CONFIG)

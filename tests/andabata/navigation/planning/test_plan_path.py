@@ -5,8 +5,8 @@ import numpy as np
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.planning.map_layers import map_layers
 from andabata.navigation.planning.plan_path import path_of
-from tests.planned_drive import wall_ranges
-from tests.situations import GRID, ORIGIN, odds_of
+from tests.support.planned_drives import wall_ranges
+from tests.support.situations import GRID, ORIGIN, odds_of
 
 CELL = 0.2
 

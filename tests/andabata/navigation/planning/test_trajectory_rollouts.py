@@ -6,7 +6,7 @@ import pytest
 from andabata.machine.kinematics import Twist
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.planning.trajectory_rollouts import arc_fan
-from tests.rollout_plans import (
+from tests.support.rollout_plans import (
     AHEAD,
     CELL,
     CONFIG,
@@ -21,7 +21,7 @@ from tests.rollout_plans import (
     selected,
     synthetic,
 )
-from tests.situations import GRID, ORIGIN, between
+from tests.support.situations import GRID, ORIGIN, between
 
 
 def test_a_safe_command_stands():

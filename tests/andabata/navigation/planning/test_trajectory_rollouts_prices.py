@@ -7,7 +7,7 @@ from scipy.ndimage import map_coordinates
 from andabata.machine.kinematics import Twist
 from andabata.navigation.planning.geofence_bounds import EVERYWHERE
 from andabata.navigation.planning.local_planner import LocalPlanner
-from tests.rollout_plans import (
+from tests.support.rollout_plans import (
     CELL,
     CONFIG,
     LIMIT,
@@ -22,7 +22,7 @@ from tests.rollout_plans import (
     selected,
     synthetic,
 )
-from tests.situations import GRID, ORIGIN
+from tests.support.situations import GRID, ORIGIN
 
 ARC = 33 * 0.06
 """Length of three arcs in a row [m]: 33 steps of 0.2 s at 0.3 m/s."""

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from andabata.machine.kinematics import Twist
-from tests.rollout_plans import SPEED, chosen, driven_up_to, nowhere, planner_of, selected
-from tests.situations import GRID, between
+from tests.support.rollout_plans import SPEED, chosen, driven_up_to, nowhere, planner_of, selected
+from tests.support.situations import GRID, between
 
 
 def test_it_drives_faster_over_known_ground_with_clearance_on_both_sides():

@@ -8,7 +8,7 @@ from andabata.exports.topics import read_bag_cloud
 from andabata.records.bags import Bag, BagError
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
-from tests.recordings import mcap_records, note, stamp, write_mcap
+from tests.support.recordings import mcap_records, note, stamp, write_mcap
 from traversability.cloud import PointCloud
 
 EVERY = [f"note {k}" for k in range(10)]

@@ -5,7 +5,7 @@ import zstandard
 
 from andabata.records.bags import Bag, BagError
 from andabata.records.containers.opening import is_recording
-from tests.recordings import note, stamp, write_bag, write_db3, write_mcap
+from tests.support.recordings import note, stamp, write_bag, write_db3, write_mcap
 
 
 def notes_of(path, damaged=False):

@@ -5,7 +5,7 @@ import struct
 import pytest
 
 from andabata.records.bags import Bag, BagError
-from tests.recordings import bag_record, stamp, write_bag
+from tests.support.recordings import bag_record, stamp, write_bag
 
 
 def notes_of(path, damaged=False):
@@ -37,7 +37,7 @@ def test_messages_come_by_time_and_not_by_their_place_in_the_file(tmp_path):
     from rosbags.rosbag1 import Writer
 
     from andabata.records.topics import message_types
-    from tests.recordings import STRING, note
+    from tests.support.recordings import STRING, note
 
     writer = Writer(tmp_path / "x.bag")
     writer.chunk_threshold = 60

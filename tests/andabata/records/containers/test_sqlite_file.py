@@ -5,7 +5,7 @@ import sqlite3
 import pytest
 
 from andabata.records.bags import Bag, BagError
-from tests.recordings import note, stamp, write_db3
+from tests.support.recordings import note, stamp, write_db3
 
 EVERY = [f"note {k}" for k in range(10)]
 

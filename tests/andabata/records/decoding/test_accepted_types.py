@@ -4,7 +4,7 @@ import pytest
 
 from andabata.records import topics
 from andabata.records.decoding.accepted_types import accepted_types, full_type, message_type
-from tests.made_messages import vector
+from tests.support.foreign_messages import vector
 
 
 @pytest.mark.parametrize("topic", topics.TOPICS)

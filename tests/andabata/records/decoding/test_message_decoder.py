@@ -9,9 +9,9 @@ from andabata.records import topics
 from andabata.records.decoding.message_decoder import MessageDecoder
 from andabata.records.decoding.units import UnitFactors
 from andabata.records.decoding.unusable_message import UnusableMessageError
-from tests import made_bag
-from tests.made_bag import new
-from tests.made_messages import decoded, header, odometry, twist, vector
+from tests.support import computed_bags
+from tests.support.computed_bags import new
+from tests.support.foreign_messages import decoded, header, odometry, twist, vector
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_a_field_may_be_a_vector():
 
 def test_an_imu_without_a_measurement():
     """A missing angular velocity is an error, a missing acceleration is NaN."""
-    imu = made_bag.drive(0.01)[0].content
+    imu = computed_bags.drive(0.01)[0].content
     none = np.array([-1.0] + [0.0] * 8)
     with pytest.raises(UnusableMessageError, match="expected an angular velocity, got none"):
         decoded(topics.IMU, replace(imu, angular_velocity_covariance=none))
@@ -78,7 +78,7 @@ def test_units_scale_their_own_columns():
 
 def test_components_keep_their_order():
     """Angular velocity comes before specific force, left before right."""
-    imu = made_bag.drive(0.01)[0].content
+    imu = computed_bags.drive(0.01)[0].content
     imu = replace(imu, angular_velocity=vector(1, 2, 3), linear_acceleration=vector(4, 5, 6))
     assert decoded(topics.IMU, imu)[0] == [[1, 2, 3, 4, 5, 6]]
     wheels = new("andabata_msgs/msg/Wheels_speed", header=header(), left=1.0, right=2.0)

@@ -16,9 +16,9 @@ from andabata.records.decoding.point_cloud2 import (
 from andabata.records.decoding.unusable_message import UnusableMessageError
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD
-from tests import made_bag
-from tests.made_bag import new
-from tests.made_messages import header
+from tests.support import computed_bags
+from tests.support.computed_bags import new
+from tests.support.foreign_messages import header
 from traversability.formats.coordinate_units import CoordinateUnits
 
 NUMBERS = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
@@ -203,7 +203,7 @@ def test_a_field_outside_of_its_point_is_an_error():
 def test_the_older_point_cloud_keeps_points_and_channels():
     """PointCloud keeps its points, and its channels as fields."""
     point, channel = (
-        made_bag.TYPES.types[f"{kind}"]
+        computed_bags.TYPES.types[f"{kind}"]
         for kind in ("geometry_msgs/msg/Point32", "sensor_msgs/msg/ChannelFloat32")
     )
     message = new(

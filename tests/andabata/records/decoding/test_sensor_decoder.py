@@ -10,8 +10,8 @@ from andabata.records import topics
 from andabata.records.decoding.message_decoder import MessageDecoder
 from andabata.records.decoding.sensor_decoder import SensorDecoder
 from andabata.records.decoding.units import UnitFactors
-from tests import made_bag
-from tests.made_messages import vector
+from tests.support import computed_bags
+from tests.support.foreign_messages import vector
 
 ROBOT = RobotModel()
 TOPIC = {"/imu": topics.IMU, "/encoder_data": topics.ENCODERS, "/mag_orientation": topics.MAG}
@@ -20,7 +20,7 @@ TOPIC = {"/imu": topics.IMU, "/encoder_data": topics.ENCODERS, "/mag_orientation
 @pytest.fixture(scope="module")
 def rows():
     """Return the rows of a winding drive."""
-    return [row for row in made_bag.drive(8.0) if row.topic in TOPIC]
+    return [row for row in computed_bags.drive(8.0) if row.topic in TOPIC]
 
 
 def test_another_type_is_refused_by_naming_both(rows):
@@ -39,7 +39,9 @@ def test_another_type_is_refused_by_naming_both(rows):
 def test_rows_are_sorted_and_repeated_stamps_dropped(rows):
     """Rows are in order within a period; stamps of earlier periods are left out, and counted."""
     imu = [row.content for row in rows if row.topic == "/imu"][:40]
-    sensor_decoder = SensorDecoder(made_bag.EPOCH, decoder=MessageDecoder(ROBOT, UnitFactors()))
+    sensor_decoder = SensorDecoder(
+        computed_bags.EPOCH, decoder=MessageDecoder(ROBOT, UnitFactors())
+    )
     for k in (0, 2, 1, 2, 5):
         sensor_decoder.add(topics.IMU, imu[k])
     np.testing.assert_allclose(sensor_decoder.readings(0.1).imu[:, 0], [0.01, 0.02, 0.03, 0.06])
@@ -54,9 +56,9 @@ def test_rows_are_sorted_and_repeated_stamps_dropped(rows):
 
 def test_a_live_session_infers_units_at_first_and_after_turns():
     """Without a survey sizes are inferred at once, the gyro after turns."""
-    sensor_decoder = SensorDecoder(made_bag.EPOCH)
+    sensor_decoder = SensorDecoder(computed_bags.EPOCH)
     rates, forces = [], []
-    for row in made_bag.drive(14.0):
+    for row in computed_bags.drive(14.0):
         if row.topic not in TOPIC:
             continue
         content = row.content

@@ -13,7 +13,7 @@ from andabata.records.decoding.row_history import RowHistory
 from andabata.records.decoding.unit_inference import infer_units
 from andabata.records.decoding.units import UnitError, UnitFactors, si_factor
 from andabata.records.remarks import Remarks
-from tests import made_bag
+from tests.support import computed_bags
 
 ROBOT = RobotModel()
 TOPIC = {"/imu": topics.IMU, "/encoder_data": topics.ENCODERS, "/mag_orientation": topics.MAG}
@@ -22,7 +22,7 @@ TOPIC = {"/imu": topics.IMU, "/encoder_data": topics.ENCODERS, "/mag_orientation
 @pytest.fixture(scope="module")
 def rows():
     """Return the rows of a winding drive."""
-    return [row for row in made_bag.drive(8.0) if row.topic in TOPIC]
+    return [row for row in computed_bags.drive(8.0) if row.topic in TOPIC]
 
 
 def units_of(rows, asked=None, **scales):
@@ -122,7 +122,7 @@ def test_a_given_factor_outranks_inference(rows):
 
 def test_without_turns_gyro_and_wheels_are_kept():
     """Without a turn the units of the message types are assumed."""
-    still = [row for row in made_bag.drive(5.0, turning=0.0) if row.topic in TOPIC]
+    still = [row for row in computed_bags.drive(5.0, turning=0.0) if row.topic in TOPIC]
     assert units_of(still, gyro=180 / np.pi, wheels=0.1)[0] == UnitFactors()
 
 

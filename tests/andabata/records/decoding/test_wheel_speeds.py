@@ -7,7 +7,7 @@ from andabata.records import topics
 from andabata.records.decoding.unusable_message import UnusableMessageError
 from andabata.records.decoding.wheel_speeds import OdometryTwist
 from andabata.records.remarks import Remarks
-from tests.made_messages import decoded, joints, odometry
+from tests.support.foreign_messages import decoded, joints, odometry
 
 FOUR = ("fl_wheel", "fr_wheel", "rl_wheel", "rr_wheel")
 

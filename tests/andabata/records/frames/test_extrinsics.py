@@ -9,8 +9,8 @@ from andabata.records.frames.names import FrameError, rotation_by_name
 from andabata.records.frames.sensor_pose import UNNAMED, GivenMounting
 from andabata.records.frames.transform_tree import TransformTree
 from andabata.records.messages import NS
-from tests.edited_bags import stamped, turn
-from tests.made_frames import COMPOSE, NONE, tree_of
+from tests.support.edited_bags import stamped, turn
+from tests.support.frame_trees import COMPOSE, NONE, tree_of
 from traversability.cloud import PointCloud
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from andabata.records.frames.ground_check import GroundCheck
 from andabata.records.frames.names import FrameError
-from tests.edited_bags import turn
+from tests.support.edited_bags import turn
 
 
 def ground(height=0.0, tilt=(0, 0, 0), seed=0):

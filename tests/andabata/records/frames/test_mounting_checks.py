@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from andabata.records.frames.mounting_checks import MountingChecks
 from andabata.records.frames.names import FrameError
-from tests.edited_bags import turn
+from tests.support.edited_bags import turn
 
 UP = np.array([0.0, 0.0, 9.81])
 MALAGA = [36.7, -4.4, 60.0, 1.0]

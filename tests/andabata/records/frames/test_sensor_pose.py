@@ -9,7 +9,7 @@ from andabata.records.frames.sensor_pose import (
     resolve_pose,
 )
 from andabata.records.frames.transform_tree import TransformTree
-from tests.edited_bags import turn
+from tests.support.edited_bags import turn
 
 
 @pytest.mark.parametrize(

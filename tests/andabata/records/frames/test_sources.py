@@ -3,7 +3,7 @@
 import pytest
 
 from andabata.records.frames.sources import FrameSource, FrameSources, returning_text
-from tests.edited_bags import turn
+from tests.support.edited_bags import turn
 
 STATIC, MOVING = FrameSource("/tf_static", ""), FrameSource("/tf", "/driver")
 

@@ -12,7 +12,7 @@ from andabata.records.frames.transform import (
     pose_difference,
     yaw_pitch_roll,
 )
-from tests.edited_bags import turn
+from tests.support.edited_bags import turn
 
 
 def test_transforms_multiply_as_matrices_do():

@@ -11,8 +11,8 @@ from andabata.records.frames.names import FrameError
 from andabata.records.frames.transform_tree import TransformTree, read_transforms
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import Topic
-from tests.edited_bags import stamped, transforms
-from tests.made_frames import COMPOSE, NONE, place, tree_of
+from tests.support.edited_bags import stamped, transforms
+from tests.support.frame_trees import COMPOSE, NONE, place, tree_of
 
 
 def test_a_chain_of_transforms_leads_to_the_base():

@@ -14,7 +14,7 @@ from andabata.models import Models
 from andabata.report.drive_frames import DriveFrame
 from andabata.report.plots import clip
 from andabata.report.plots.clip import Camera, ClipRecorder
-from tests.walking_worlds import peopled, walker
+from tests.support.walking_worlds import peopled, walker
 from traversability.virtual_scan import VirtualScan
 from worlds.walking import Walkers
 

@@ -10,7 +10,7 @@ from matplotlib.patches import Circle
 from andabata.machine.pose import Pose
 from andabata.report.plots import drives
 from andabata.tasks.episode_monitor import Outcome
-from tests.walking_worlds import walker
+from tests.support.walking_worlds import walker
 from traversability.grid import PolarGrid
 from worlds.catalogue import make_world
 

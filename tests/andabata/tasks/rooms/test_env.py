@@ -11,7 +11,7 @@ from andabata.tasks.rooms.spn_config import TRAINING_ROOMS, SpnConfig
 from andabata.tasks.rooms.td3_config import Td3Config
 from andabata.tasks.terminations import TerminationConfig
 from andabata.tasks.vector import renderer_of
-from tests.room_robots import AHEAD, SPIN, STAND, drive, part, step
+from tests.support.room_robots import AHEAD, SPIN, STAND, drive, part, step
 from worlds.rooms.catalogue import make_room
 
 SMALL = SpnConfig(rooms=("spn-env0",), lidar=PLANAR_LIDARS["ten-beams"], points=10)

@@ -11,7 +11,7 @@ from andabata.tasks.rooms.env import RoomVectorEnv
 from andabata.tasks.rooms.observations import LidarRandomization
 from andabata.tasks.rooms.td3_config import Td3Config
 from andabata.tasks.vector import renderer_of
-from tests.room_robots import AHEAD, SPIN, STAND, drive, part, step
+from tests.support.room_robots import AHEAD, SPIN, STAND, drive, part, step
 from worlds.rooms.room import Room, RoomPlan
 
 MOVING = Td3Config(

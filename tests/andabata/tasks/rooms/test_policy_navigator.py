@@ -16,7 +16,7 @@ from andabata.tasks.rooms.policy_navigator import (
 from andabata.tasks.rooms.td3_config import Td3Config
 from rl.deterministic_policy import DeterministicPolicy
 from rl.goal_laws import HeadingPolicy
-from tests.room_policies import window_policy
+from tests.support.room_policies import window_policy
 
 LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=1.0, max_range=4.0, x=0.1)
 FAST = PlanarVehicleConfig(max_speed=10.0, max_wheel_speed=20.0)

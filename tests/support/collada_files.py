@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.sdf_meshes import block
+from tests.support.mesh_files import block
 from worlds.sdf.meshes import Surface
 
 NAMESPACE = "http://www.collada.org/2005/11/COLLADASchema"

@@ -13,7 +13,7 @@ from andabata.report.run_folders import EVALUATION
 from andabata.runs.folder import describe
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, learn
-from tests.room_policies import point_policy, window_policy
+from tests.support.room_policies import point_policy, window_policy
 
 WORLDS = ("natural-test", "natural-far")
 """Worlds of the written evaluation."""

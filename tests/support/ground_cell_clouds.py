@@ -1,4 +1,4 @@
-"""Clouds of made ground, and their ground cells: helpers of the tests of this folder."""
+"""Clouds of made ground, and their ground cells."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Samples of made cells: helpers of the tests of this folder."""
+"""Samples of made cells."""
 
 import numpy as np
 

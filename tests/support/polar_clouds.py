@@ -1,4 +1,4 @@
-"""Clouds of made ground for the polar grid: helpers of the tests of this folder."""
+"""Clouds of made ground for the polar grid."""
 
 import numpy as np
 

@@ -5,15 +5,15 @@ import numpy as np
 from andabata.machine.robot import RobotModel
 from andabata.records.decoding.message_decoder import MessageDecoder
 from andabata.records.decoding.units import UnitFactors
-from tests import made_bag
-from tests.made_bag import new
+from tests.support import computed_bags
+from tests.support.computed_bags import new
 
 ROBOT = RobotModel()
 
 
 def header():
     """Return a header."""
-    return made_bag.drive(0.02)[0].content.header
+    return computed_bags.drive(0.02)[0].content.header
 
 
 def vector(x, y=0.0, z=0.0):

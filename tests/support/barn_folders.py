@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.sdf_worlds import PLANE, POST, document, pose, solid
+from tests.support.sdf_worlds import PLANE, POST, document, pose, solid
 
 
 def world_text(places=((0.9, 4.0), (-4.0, 6.0)), extra=""):

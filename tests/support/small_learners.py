@@ -5,7 +5,7 @@ import torch
 
 from rl.spaces import steering_actions, steering_observations
 from rl.training import EpisodeSpec, play
-from tests.known_environments import TurnToGoal
+from tests.support.known_environments import TurnToGoal
 
 OBSERVATIONS, ACTIONS = steering_observations(4, 10.0, 0.5), steering_actions(0.5)
 

@@ -13,7 +13,7 @@ import typer
 from andabata.app.cli import app
 from andabata.app.reference.commands import walk
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 _FENCE = re.compile(r"^```(\S*)\n(.*?)^```\n", re.MULTILINE | re.DOTALL)
 _SPAN = re.compile(r"`([^`]+)`")

@@ -7,7 +7,7 @@ import pytest
 from andabata import engine as engines
 from andabata.engine import WorkerLostError
 from andabata.engine_origin import OriginError, here
-from tests.engine_work import fail, kill_the_worker, later_first, square
+from tests.support.engine_work import fail, kill_the_worker, later_first, square
 
 
 def each_task_has_its_result_once(engine):

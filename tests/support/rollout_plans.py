@@ -14,7 +14,7 @@ from andabata.navigation.planning.trajectory_rollouts import (
     TrajectoryRollouts,
     TrajectoryRolloutsConfig,
 )
-from tests.situations import GRID, ORIGIN, odds_of
+from tests.support.situations import GRID, ORIGIN, odds_of
 
 ROBOT = RobotModel()
 SPEED, LIMIT = ROBOT.speed, ROBOT.max_steering

@@ -2,7 +2,7 @@
 
 from andabata.records.frames.transform_tree import TransformTree
 from andabata.records.messages import NS, MessageBuilder
-from tests.edited_bags import stamped
+from tests.support.edited_bags import stamped
 
 COMPOSE = MessageBuilder(1)
 NONE = (0, 0, 0)

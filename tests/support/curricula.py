@@ -6,7 +6,7 @@ from rl.curriculum_config import CurriculumConfig, Stage
 from rl.sac import SacConfig
 from rl.spaces import steering_observations
 from rl.training import Episode, serial_rollouts
-from tests.known_environments import TurnToGoal
+from tests.support.known_environments import TurnToGoal
 
 LEARNER = {
     "hidden": (8,),

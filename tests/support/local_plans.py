@@ -3,7 +3,7 @@
 import numpy as np
 
 from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
-from tests.situations import GRID, ORIGIN, odds_of
+from tests.support.situations import GRID, ORIGIN, odds_of
 
 AHEAD = np.array([8.0, 0.0])
 OCCUPANCY = OccupancyGridConfig()

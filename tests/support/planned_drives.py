@@ -16,7 +16,7 @@ from andabata.records.bag_writers import open_writer
 from andabata.records.messages import MessageBuilder
 from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.recorder import MessageQueue, Recorder
-from tests.situations import GRID, ROBOT, StubController, StubLocalizer, pose_at, scan_of
+from tests.support.situations import GRID, ROBOT, StubController, StubLocalizer, pose_at, scan_of
 from traversability.cloud import PointCloud
 
 GOAL = np.array([8.0, 0.0])

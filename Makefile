@@ -26,18 +26,18 @@ check: install
 bench: peers
 	$(BIN)/andabata bench
 	$(BIN)/andabata bench chain
-	$(BIN)/python -m andabata.bench.vehicle_rates
-	$(BIN)/python -m andabata.bench.maze andabata/models/policy.safetensors
-	$(BIN)/python -m andabata.bench.planar
+	$(BIN)/python -m andabata.bench.studies.vehicle_rates
+	$(BIN)/python -m andabata.bench.studies.maze andabata/models/policy.safetensors
+	$(BIN)/python -m andabata.bench.studies.planar
 	$(BIN)/andabata clouds generate --out data/clouds/bench --seed 200 --train 140 --validation 140
 	$(BIN)/andabata bench perception --clouds data/clouds/bench
-	$(BIN)/python -m andabata.bench.scan data/clouds/bench
-	$(BIN)/python -m andabata.bench.live
+	$(BIN)/python -m andabata.bench.studies.scan data/clouds/bench
+	$(BIN)/python -m andabata.bench.studies.live
 
 # Minutes of drives in worlds that the tests do not visit; fails below a floor of goals, or when a
 # stage of the control loop has become slower by more than half.
 soak: install
-	$(BIN)/python -m andabata.bench.soak
+	$(BIN)/python -m andabata.bench.studies.soak
 	$(BIN)/python -m andabata.bench.chain_check
 
 install: $(STAMP)

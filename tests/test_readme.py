@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
-from andabata.bench.ros_graph import Graph, enable_interrupts, has_tools, stop
+from andabata.bench.studies.ros_graph import Graph, enable_interrupts, has_tools, stop
 from andabata.bench.train_models import commands
 from andabata.configuration.settings import SettingsError, resolve
 from andabata.datasets.labelled_cloud import CloudsConfig
@@ -90,7 +90,7 @@ MAKE = {
     "bench": "takes half an hour; the options of its commands are checked here",
     "docs": "installs packages; tests/test_documents.py builds the site where they are",
     "gallery": "takes ten minutes; tests/andabata/bench/test_gallery.py checks its commands",
-    "soak": "takes ten minutes; tests/andabata/bench/test_soak.py tests its parts",
+    "soak": "takes ten minutes; tests/andabata/bench/studies/test_soak.py tests its parts",
 }
 RAY_HEAD = "192.0.2.1:6379"
 """Address of the head of a cluster in the documents."""

@@ -12,8 +12,8 @@ from importlib.util import find_spec
 import pytest
 
 from andabata.app.cli import main
-from andabata.bench.cluster import digests
-from andabata.bench.raylets import raylets
+from andabata.bench.studies.cluster import digests
+from andabata.bench.studies.raylets import raylets
 from andabata.engine_origin import OriginError
 from andabata.engine_ray import RayEngine, RayError
 from andabata.runs.journal import Journal

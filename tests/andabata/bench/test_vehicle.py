@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import ks_2samp
 
 from andabata.bench import vehicle
+from andabata.bench.studies.vehicle_rates import time_steps
 from andabata.bench.vehicle import (
     bench_vehicle,
     distribution_distance,
@@ -12,7 +13,6 @@ from andabata.bench.vehicle import (
     measured_yaw_rate,
     vehicle_tables,
 )
-from andabata.bench.vehicle_rates import time_steps
 from andabata.machine.robot import RobotModel
 from andabata.machine.vehicle import make_vehicle
 
@@ -74,9 +74,9 @@ def test_obstacles_of_a_table_are_called_so():
 
 def test_a_physics_step_has_a_row_with_its_turn_ratios(monkeypatch):
     """The ratio is achieved over commanded, whatever the sign of the command."""
-    monkeypatch.setattr("andabata.bench.vehicle_rates.STEPS", (0.01,))
-    monkeypatch.setattr("andabata.bench.vehicle_rates.RATES", (0.5, -0.5))
-    monkeypatch.setattr("andabata.bench.vehicle_rates.HEADINGS", (0.0,))
+    monkeypatch.setattr("andabata.bench.studies.vehicle_rates.STEPS", (0.01,))
+    monkeypatch.setattr("andabata.bench.studies.vehicle_rates.RATES", (0.5, -0.5))
+    monkeypatch.setattr("andabata.bench.studies.vehicle_rates.HEADINGS", (0.0,))
     (row,) = time_steps(RobotModel())
     assert row["physics step [ms]"] == 10.0
     assert 0.5 < row["lowest"] <= row["mean turn ratio"] <= row["highest"] < 1.5

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.bench.cluster import digests
+from andabata.bench.studies.cluster import digests
 from andabata.datasets import generate
 from andabata.datasets.generate import file_name, generate_dataset, plan, world_of
 from andabata.datasets.labelled_cloud import CloudsConfig

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from andabata.app.cli import main
-from andabata.bench.ros_graph import Graph, has_tools
+from andabata.bench.studies.ros_graph import Graph, has_tools
 from andabata.distribution import install_ros
 from andabata.records.topics import TOPICS
 

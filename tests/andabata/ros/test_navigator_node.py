@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.bench.ros_graph import finished_bag, has_tools, result, running, stop
+from andabata.bench.studies.ros_graph import finished_bag, has_tools, result, running, stop
 from andabata.distribution import install_ros
 from andabata.records.bags import Bag
 from andabata.records.messages import header_ns

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from andabata.bench.viewer import read_page
+from andabata.bench.studies.viewer import read_page
 from andabata.viewer.server import ViewerError, ViewServer
 
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning")

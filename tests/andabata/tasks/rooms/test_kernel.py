@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from andabata.bench.planar import slab_ranges
+from andabata.bench.studies.planar import slab_ranges
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.rooms.batch import laser_arrays, room_arrays

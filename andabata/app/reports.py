@@ -15,7 +15,7 @@ from andabata.report.about import add_about
 from andabata.report.columns import spoken
 from andabata.report.folder import RunFolderError, read_about
 from andabata.report.page import Report
-from andabata.tasks.registration import ROOM_TASKS
+from andabata.tasks.registration import ROOM_TASK_NAMES
 
 
 class RunKind(StrEnum):
@@ -103,7 +103,7 @@ def run_kind(folder: Path) -> RunKind:
     if verb in _VERBS:
         return _VERBS[verb]
     if verb == "evaluate":
-        if task in ROOM_TASKS:
+        if task in ROOM_TASK_NAMES:
             return RunKind.ROOM_EVALUATION
         # Folders of earlier versions do not name these tasks.
         is_barn = task == "barn" or "vehicle" in config

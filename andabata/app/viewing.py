@@ -12,10 +12,11 @@ from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.records.containers.opening import is_recording
 from andabata.replay.options import ReplayOptions
 from andabata.replay.replay import replay_bag
+from andabata.report.folder import RunFolderError
 from andabata.report.room_folder import RoomFolder
-from andabata.tasks.registration import ROOM_TASKS
+from andabata.tasks.registration import ROOM_TASK_NAMES
 from andabata.viewer.options import ViewConfig
-from andabata.viewer.recorded_drive import RecordedDriveView, RecordedPath, RunFolderError
+from andabata.viewer.recorded_drive import RecordedDriveView, RecordedPath
 from andabata.viewer.replayed import ReplayPage, ReplayView
 from andabata.viewer.room_choices import BarnChoices, CellChoices, DriveChoices
 from andabata.viewer.room_view import RoomView
@@ -107,7 +108,7 @@ def _view_of(
         return RecordedDriveView(RecordedPath.read(folder), config, console.status)
     choices: DriveChoices
     try:
-        if about.get("task") in ROOM_TASKS:
+        if about.get("task") in ROOM_TASK_NAMES:
             choices = CellChoices(RoomFolder(folder))
         elif verb == "evaluate" and all(name in settings for name in _BARN_FIELDS):
             choices = BarnChoices(BarnEvaluationConfig.model_validate(settings))

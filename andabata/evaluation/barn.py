@@ -132,13 +132,13 @@ def drive_world(config: BarnEvaluationConfig, name: str) -> list[BarnRun]:
     """
     world = load_world(config, name)
     return [
-        drive_once(config, world, name, controller, trial)
+        drive_barn_run(config, world, name, controller, trial)
         for controller in config.controllers
         for trial in range(config.trials)
     ]
 
 
-def drive_once(
+def drive_barn_run(
     config: BarnEvaluationConfig, world: BarnWorld, name: str, controller: str, trial: int
 ) -> BarnRun:
     """Return one run; see ``drive_path`` for the arguments."""

@@ -19,7 +19,7 @@ from andabata.tasks.rooms.policy_navigator import (
     scaled_lidar,
 )
 from andabata.tasks.rooms.spn_config import SpnConfig
-from andabata.tasks.rooms.td3_config import Td3Config
+from andabata.tasks.rooms.td3_config import Td3TaskConfig
 from rl.goal_laws import HeadingPolicy
 from rl.policy import Policy
 
@@ -42,12 +42,12 @@ class _RoomPolicy(NamedTuple):
 
 
 ROOM_POLICIES = {
-    "td3": _RoomPolicy("td3", Td3Config(), SimilarityConfig(), has_map=True),
+    "td3": _RoomPolicy("td3", Td3TaskConfig(), SimilarityConfig(), has_map=True),
     "spn": _RoomPolicy("spn", SpnConfig(), SimilarityConfig(length=1.4, rate=1.4), has_map=True),
     "heading": _RoomPolicy(
-        "heading", Td3Config(), SimilarityConfig(length=1.2, rate=1.4), has_map=True
+        "heading", Td3TaskConfig(), SimilarityConfig(length=1.2, rate=1.4), has_map=True
     ),
-    "td3-goal": _RoomPolicy("td3", Td3Config(), SimilarityConfig(length=1.4), has_map=False),
+    "td3-goal": _RoomPolicy("td3", Td3TaskConfig(), SimilarityConfig(length=1.4), has_map=False),
     "spn-goal": _RoomPolicy(
         "spn", SpnConfig(), SimilarityConfig(length=1.4, rate=1.4), has_map=False
     ),

@@ -4,7 +4,7 @@ import gymnasium as gym
 
 STAGES = ("Maze2D", "Maze3D", "Natural")
 
-ROOM_TASKS = ("spn", "td3")
+ROOM_TASK_NAMES = ("spn", "td3")
 """Names of the tasks in rooms, which are those of their modules."""
 
 
@@ -23,7 +23,7 @@ def register_environments() -> None:
                 vector_entry_point="andabata.tasks.vector:make_vector",
                 kwargs={"stage": stage},
             )
-    for task in ROOM_TASKS:
+    for task in ROOM_TASK_NAMES:
         name = f"andabata/{task.upper()}-v0"
         if name not in gym.registry:
             gym.register(

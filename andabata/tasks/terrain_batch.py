@@ -14,8 +14,8 @@ from andabata.machine.simulator import reseed
 from andabata.tasks.planar import PlanarState
 from andabata.tasks.terrain_kernel import (
     AHEAD,
+    BatchBody,
     Beams,
-    Body,
     Obstacles,
     Robots,
     Worlds,
@@ -163,13 +163,13 @@ class TerrainBatch:
         return self._worlds
 
 
-def _body(robot: RobotModel, errors: NoisyGroundTruthConfig) -> Body:
+def _body(robot: RobotModel, errors: NoisyGroundTruthConfig) -> BatchBody:
     """Return the numbers of a plant and of its believed pose."""
     plant = plant_parameters(robot, KinematicConfig())
     sigma = np.array([errors.position_sigma] * 2 + [errors.yaw_sigma] + [errors.tilt_sigma] * 2)
     times = np.array([errors.position_time] * 2 + [errors.yaw_time] * 3)
     keep = np.exp(-TICKS_PER_STEP / TICK_HZ / times)
-    return Body(
+    return BatchBody(
         slip=plant.slip,
         limits=plant.limits,
         sliding=plant.sliding,

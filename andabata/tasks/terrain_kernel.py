@@ -97,7 +97,7 @@ class Obstacles(NamedTuple):
     raster: tuple[float, float, float]
 
 
-class Body(NamedTuple):
+class BatchBody(NamedTuple):
     """Numbers of the plant and of the believed pose.
 
     Attributes:
@@ -186,7 +186,7 @@ def move(
     robots: Robots,
     movers: Movers,
     worlds: Worlds,
-    body: Body,
+    body: BatchBody,
     period: float,
 ) -> None:
     """Move the chosen robots, their moving obstacles and the errors for one control period.

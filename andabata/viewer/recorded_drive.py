@@ -14,6 +14,7 @@ from andabata.machine.clock import CONTROL_PERIOD
 from andabata.machine.kinematics import SkidSteer, Twist
 from andabata.machine.pose import Pose
 from andabata.report.drive_frames import DriveFrame
+from andabata.report.folder import RunFolderError
 from andabata.viewer.controls import PlayControls
 from andabata.viewer.export import EXPORT_PERIOD, EXPORT_POINTS, PageWriter
 from andabata.viewer.offroad_scene import OffroadScene
@@ -23,10 +24,6 @@ from andabata.viewer.player import Player
 from andabata.viewer.server import ViewServer
 from worlds.catalogue import make_world
 from worlds.world import World
-
-
-class RunFolderError(ValueError):
-    """A folder that holds no run that can be viewed."""
 
 
 @dataclass(frozen=True)

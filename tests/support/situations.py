@@ -10,7 +10,7 @@ from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
 from andabata.navigation.sweep_window import Part, SweepBuffer
-from traversability.cartesian.classifier import GroundClassifier, Stage
+from traversability.cartesian.classifier import BoostedStage, GroundClassifier
 from traversability.cartesian.context import CONTEXT_FEATURES
 from traversability.cartesian.features import GROUND_FEATURES
 from traversability.cloud import PointCloud
@@ -110,7 +110,7 @@ def constant_classifier(log_odds):
     zeros = {name: np.zeros(1, dtype) for name, dtype in COLUMNS.items()}
     leaf = {**zeros, "feature": np.full(1, -1, np.int16)}
     stages = (
-        Stage(Trees(("spread",), "logistic", log_odds, **leaf), names)
+        BoostedStage(Trees(("spread",), "logistic", log_odds, **leaf), names)
         for names in (GROUND_FEATURES, CONTEXT_FEATURES)
     )
     return GroundClassifier(*stages, 0.1)

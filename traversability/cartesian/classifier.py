@@ -77,7 +77,7 @@ class GroundSamples:
 
 
 @dataclass(frozen=True)
-class Stage:
+class BoostedStage:
     """Boosted trees that classify ground cells by some of their features.
 
     Attributes:
@@ -140,8 +140,8 @@ class GroundClassifier:
         summary: Account of the training, ready for JSON.
     """
 
-    first: Stage
-    second: Stage
+    first: BoostedStage
+    second: BoostedStage
     cell: float
     summary: dict[str, Any] = field(default_factory=dict)
 
@@ -212,7 +212,7 @@ class GroundClassifier:
                 found = f"{header.get('format')!r} {header.get('version')!r}"
                 raise ValueError(f"a file of format {found}")
             first, second = (
-                Stage(Trees.unpacked(arrays, header[stage], f"{stage}_", set(names)), names)
+                BoostedStage(Trees.unpacked(arrays, header[stage], f"{stage}_", set(names)), names)
                 for stage, names in (("first", GROUND_FEATURES), ("second", CONTEXT_FEATURES))
             )
             return cls(first, second, float(header["cell"]), dict(header["summary"]))
@@ -267,7 +267,7 @@ def ground_samples(
     clouds: Iterable[PointCloud],
     share: float,
     rng: np.random.Generator,
-    first: Stage | None = None,
+    first: BoostedStage | None = None,
 ) -> GroundSamples:
     """Return labelled ground cells of labelled clouds.
 
@@ -377,7 +377,7 @@ def train_ground_classifier(
 
 def train_stage(
     samples: GroundSamples, names: tuple[str, ...], config: GroundClassifierConfig, seed: int
-) -> Stage:
+) -> BoostedStage:
     """Fit the trees of one stage.
 
     Args:
@@ -395,4 +395,4 @@ def train_stage(
     weights = np.where(samples.low, config.low, 1.0)
     blocked = samples.blocked
     trees = fit_boosted(samples.features, blocked, names, config.trees, config, seed, weights)
-    return Stage(trees, names)
+    return BoostedStage(trees, names)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from andabata.configuration.usage import UsageError
-from andabata.tasks.registration import ROOM_TASKS
+from andabata.tasks.registration import ROOM_TASK_NAMES
 
 OFFROAD, BARN = "offroad", "barn"
 """Tasks of ``--task`` that are not driven in rooms."""
@@ -30,7 +30,7 @@ EvaluationTaskName = Annotated[
 ]
 
 
-def check_task(task: str, known: Sequence[str] = (OFFROAD, *ROOM_TASKS)) -> None:
+def check_task(task: str, known: Sequence[str] = (OFFROAD, *ROOM_TASK_NAMES)) -> None:
     """Refuse a task that does not exist.
 
     Args:
@@ -64,7 +64,7 @@ def refuse_options(task: str, groups: Sequence[tuple[Any, type]], other: str | N
         if getattr(values, option.name) != option.default
     ]
     if given:
-        default = " or ".join(ROOM_TASKS) if task == OFFROAD else OFFROAD
+        default = " or ".join(ROOM_TASK_NAMES) if task == OFFROAD else OFFROAD
         other = f"--task {other or default}"
         raise UsageError(
             f"{', '.join(given)}: expected options of --task {task} alone, got what belongs to "

@@ -28,7 +28,7 @@ from andabata.app.options.task import (
     check_task,
     refuse_options,
 )
-from andabata.tasks.registration import ROOM_TASKS
+from andabata.tasks.registration import ROOM_TASK_NAMES
 
 
 @command
@@ -72,13 +72,13 @@ def evaluate(
     from andabata.evaluation.rooms import RoomEvaluationConfig
     from andabata.runs.lock import locked_folder
 
-    check_task(task, (OFFROAD, *ROOM_TASKS, BARN))
+    check_task(task, (OFFROAD, *ROOM_TASK_NAMES, BARN))
     console = output.console()
     off_road = (offroad, OffroadEvaluationOptions), (robot, RobotOptions)
     in_rooms, in_fields = (rooms, RoomEvaluationOptions), (barn, BarnEvaluationOptions)
     if task == BARN:
         refuse_options(task, (*off_road, (models, ClassifierOptions)))
-        refuse_options(task, (in_rooms,), " or ".join(ROOM_TASKS))
+        refuse_options(task, (in_rooms,), " or ".join(ROOM_TASK_NAMES))
         fields = settings.resolve(BarnEvaluationConfig, barn.base(seed, driven, models.policy))
         with locked_folder(out), engine.make(console) as made:
             data = run_barn_evaluation(fields, made, out, console)

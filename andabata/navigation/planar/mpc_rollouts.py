@@ -99,7 +99,7 @@ class Prices(NamedTuple):
     arrival_radius: float
 
 
-class Surroundings(NamedTuple):
+class KnownSurroundings(NamedTuple):
     """What the robot knows around it.
 
     Attributes:
@@ -190,7 +190,7 @@ def price_all(
     commands: NDArray[np.float64],
     start: MotionState,
     late: Delayed,
-    around: Surroundings,
+    around: KnownSurroundings,
     body: Body,
     prices: Prices,
     costs: NDArray[np.float64],
@@ -221,7 +221,7 @@ def _price(
     commands: NDArray[np.float64],
     start: MotionState,
     late: Delayed,
-    around: Surroundings,
+    around: KnownSurroundings,
     body: Body,
     prices: Prices,
     contact: float,

@@ -20,8 +20,8 @@ from andabata.navigation.planar.dynamics import (
 )
 from andabata.navigation.planar.mpc_rollouts import (
     Delayed,
+    KnownSurroundings,
     Prices,
-    Surroundings,
     before_effect,
     body_of,
     draw_commands,
@@ -174,13 +174,13 @@ class SamplingMpc:
             turn_cost=config.turn_cost,
             arrival_radius=config.arrival_radius,
         )
-        around = Surroundings(hits, field, float(goal[0]), float(goal[1]))
+        around = KnownSurroundings(hits, field, float(goal[0]), float(goal[1]))
         price_all(self._commands, start, late, around, self._body, prices, self.costs)
         self.plan[:] = self._best(start, late, around, prices)
         return Twist(float(self.plan[0, 0]), float(self.plan[0, 1]))
 
     def _best(
-        self, start: MotionState, late: Delayed, around: Surroundings, prices: Prices
+        self, start: MotionState, late: Delayed, around: KnownSurroundings, prices: Prices
     ) -> NDArray[np.float64]:
         """Return the weighted mean of the sequences, or the best of them if it is cheaper."""
         best = int(np.argmin(self.costs))

@@ -64,7 +64,7 @@ class Motion(NamedTuple):
     time: float
 
 
-class Ground(NamedTuple):
+class PlannedGround(NamedTuple):
     """What the plan knows around the robot; see ``GridPlanner``.
 
     Attributes:
@@ -86,7 +86,7 @@ class Ground(NamedTuple):
     goal_y: float
 
 
-class Body(NamedTuple):
+class BodyCircles(NamedTuple):
     """Body of the robot as circles, and what its moves cost.
 
     Attributes:
@@ -138,9 +138,9 @@ class Stops(NamedTuple):
 def price_moves(
     moves: Candidates,
     motion: Motion,
-    ground: Ground,
+    ground: PlannedGround,
     place: Place,
-    body: Body,
+    body: BodyCircles,
     stops: Stops,
     prices: NDArray[np.float64],
 ) -> None:
@@ -154,7 +154,7 @@ def price_moves(
         motion: Sampling of an arc.
         ground: Plan around the robot.
         place: Pose of the robot.
-        body: Body of the robot.
+        body: BodyCircles of the robot.
         stops: Costs of stops; an infinite negative margin gives all prices.
         prices: Result: arcs, turns, arcs backwards, shape (a + t + r,).
     """
@@ -193,7 +193,12 @@ class _Arc(NamedTuple):
 
 @kernel
 def _drive(
-    motion: Motion, ground: Ground, place: Place, body: Body, rate: float, stride: float
+    motion: Motion,
+    ground: PlannedGround,
+    place: Place,
+    body: BodyCircles,
+    rate: float,
+    stride: float,
 ) -> _Arc:
     """Return the end of an arc of some yaw rate, backwards where the stride is negative."""
     x, y, yaw = place
@@ -216,9 +221,9 @@ def _drive(
 def _price_arc(
     moves: Candidates,
     motion: Motion,
-    ground: Ground,
+    ground: PlannedGround,
     place: Place,
-    body: Body,
+    body: BodyCircles,
     rate: float,
     enough: float,
 ) -> float:
@@ -233,9 +238,9 @@ def _price_arc(
 def _price_turn(
     moves: Candidates,
     motion: Motion,
-    ground: Ground,
+    ground: PlannedGround,
     place: Place,
-    body: Body,
+    body: BodyCircles,
     turn: float,
     enough: float,
 ) -> float:
@@ -250,7 +255,12 @@ def _price_turn(
 
 @kernel
 def _price_reverse(
-    motion: Motion, ground: Ground, place: Place, body: Body, rate: float, enough: float
+    motion: Motion,
+    ground: PlannedGround,
+    place: Place,
+    body: BodyCircles,
+    rate: float,
+    enough: float,
 ) -> float:
     """Return the cost of an arc backwards and the rest of the way, like an arc's."""
     arc = _drive(motion, ground, place, body, rate, -motion.stride)
@@ -267,9 +277,9 @@ def _price_reverse(
 def _cheapest_follower(
     followers: NDArray[np.float64],
     motion: Motion,
-    ground: Ground,
+    ground: PlannedGround,
     place: Place,
-    body: Body,
+    body: BodyCircles,
     price: float,
     enough: float,
 ) -> float:
@@ -280,7 +290,7 @@ def _cheapest_follower(
         motion: Sampling of an arc.
         ground: Plan around the robot.
         place: Pose at the end of the first move.
-        body: Body of the robot.
+        body: BodyCircles of the robot.
         price: Cost of the first move [m].
         enough: Cost [m] from which on it does not matter: then it is infinite.
     """
@@ -350,7 +360,7 @@ def _rate_at(costs: NDArray[np.float32], share: float, x: float, y: float) -> fl
 
 @kernel
 def _missing(
-    clearance: NDArray[np.float32], cell: float, body: Body, x: float, y: float, yaw: float
+    clearance: NDArray[np.float32], cell: float, body: BodyCircles, x: float, y: float, yaw: float
 ) -> float:
     """Return the square of the clearance that the driving body lacks at a pose [m2].
 

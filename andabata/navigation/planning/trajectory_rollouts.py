@@ -20,11 +20,11 @@ from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.rollout_prices import (
     STEP,
-    Body,
+    BodyCircles,
     Candidates,
-    Ground,
     Motion,
     Place,
+    PlannedGround,
     Stops,
     price_moves,
 )
@@ -122,7 +122,7 @@ class TrajectoryRollouts:
             ),
         )
         self._motion = Motion(round(config.arc_time / STEP), robot.speed * STEP, STEP)
-        self._body = Body(
+        self._body = BodyCircles(
             radius=robot.half_radius + config.margin,
             offset=robot.length / 4,
             swing_radius=math.hypot(robot.length / 2, robot.width / 2) + config.margin,
@@ -175,7 +175,12 @@ class TrajectoryRollouts:
         return Twist(0.0, self._turning)
 
     def _price(
-        self, plan: GridPlanner, cell: float, place: Place, body: Body, override_margin: float
+        self,
+        plan: GridPlanner,
+        cell: float,
+        place: Place,
+        body: BodyCircles,
+        override_margin: float,
     ) -> None:
         """Write the prices of all moves that can matter [m].
 
@@ -187,7 +192,7 @@ class TrajectoryRollouts:
             override_margin: Cost by which a move has to be cheaper than the first arc [m].
         """
         goal_x, goal_y = ((plan.goal - plan.corner) / cell).tolist()
-        ground = Ground(
+        ground = PlannedGround(
             *(plan.costs, plan.clearance, plan.traversed_clearance, plan.search),
             *(cell, goal_x, goal_y),
         )
@@ -196,7 +201,7 @@ class TrajectoryRollouts:
         stops = Stops(self._turning, stop, 2.0 * stop + turn, override_margin)
         price_moves(self._candidates, self._motion, ground, place, body, stops, self._prices)
 
-    def _relaxed(self, position: NDArray[np.float64]) -> Body:
+    def _relaxed(self, position: NDArray[np.float64]) -> BodyCircles:
         """Return the body with less margin the longer the robot makes no progress."""
         self._places[self._decisions % len(self._places)] = position
         self._decisions += 1

@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 
 from andabata.tasks.rooms.spn_config import SpnConfig
-from andabata.tasks.rooms.td3_config import JUDGES, SCENES, Td3Config
+from andabata.tasks.rooms.td3_config import JUDGES, SCENES, Td3TaskConfig
 
-RoomTaskConfig = SpnConfig | Td3Config
+RoomTaskConfig = SpnConfig | Td3TaskConfig
 """Settings of any task in rooms, told apart by ``task``."""
 
-ROOM_TASKS: Mapping[str, type[RoomTaskConfig]] = {"spn": SpnConfig, "td3": Td3Config}
+ROOM_TASKS: Mapping[str, type[RoomTaskConfig]] = {"spn": SpnConfig, "td3": Td3TaskConfig}
 """Settings of each task."""
 
 JUDGES_BY_TASK: Mapping[str, tuple[str, ...]] = {

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 
 from andabata.tasks.rooms.env import RoomEnv, RoomVectorEnv
-from andabata.tasks.rooms.td3_config import StateKind, Td3Config, td3_config
+from andabata.tasks.rooms.td3_config import StateKind, Td3TaskConfig, td3_config
 
 
 def make_td3(
     rooms: str | Sequence[str] | None = None,
     lidar: str | None = None,
     state: StateKind | None = None,
-    config: Td3Config | None = None,
+    config: Td3TaskConfig | None = None,
     render_mode: str | None = None,
 ) -> RoomEnv:
     """Make the environment: the entry point of ``andabata/TD3-v0``.
@@ -30,7 +30,7 @@ def make_td3_vector(
     rooms: str | Sequence[str] | None = None,
     lidar: str | None = None,
     state: StateKind | None = None,
-    config: Td3Config | None = None,
+    config: Td3TaskConfig | None = None,
 ) -> RoomVectorEnv:
     """Make the environment for many robots; arguments as for ``make_td3``."""
     return RoomVectorEnv(td3_config(rooms, lidar, state, config), num_envs)

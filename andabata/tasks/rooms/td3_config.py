@@ -49,7 +49,7 @@ JUDGED_CLEARANCE = 0.4
 drives the same tasks, and GDAE's is the widest."""
 
 
-class Td3Config(RoomConfig):
+class Td3TaskConfig(RoomConfig):
     """Settings of TD3's task: cluttered random rooms, 40 windows of a laser all around, 500 steps.
 
     Attributes:
@@ -84,8 +84,8 @@ def td3_config(
     rooms: str | Sequence[str] | None = None,
     lidar: str | None = None,
     state: StateKind | None = None,
-    config: Td3Config | None = None,
-) -> Td3Config:
+    config: Td3TaskConfig | None = None,
+) -> Td3TaskConfig:
     """Return settings with rooms, a laser and a state by names; arguments as for ``make_td3``.
 
     Raises:
@@ -96,4 +96,4 @@ def td3_config(
     update = {} if state is None else dict(STATES[state])
     if rooms is not None:
         update["random_rooms"] = 0
-    return (config or Td3Config()).model_copy(update=update | named_parts(rooms, lidar))
+    return (config or Td3TaskConfig()).model_copy(update=update | named_parts(rooms, lidar))

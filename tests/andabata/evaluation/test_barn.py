@@ -9,7 +9,7 @@ from andabata.evaluation import barn
 from andabata.evaluation.barn import (
     FIRST_JUDGING,
     BarnEvaluationConfig,
-    drive_once,
+    drive_barn_run,
     evaluate_barn,
     load_world,
     world_names,
@@ -105,7 +105,7 @@ def test_controllers_are_told_the_outline_and_the_dynamics_if_asked(monkeypatch,
     )
     update = {"vehicle": slow} | ({"believed": None} if is_told else {})
     config = BLIND.model_copy(update=update)
-    drive_once(config, barn_world(0), "w", "straight", 0)
+    drive_barn_run(config, barn_world(0), "w", "straight", 0)
     assert given[0].footprint == slow.footprint
     assert given[0].delay == (0.15 if is_told else 0.05)
 

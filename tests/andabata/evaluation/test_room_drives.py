@@ -16,7 +16,7 @@ from andabata.evaluation.room_policies import fitted
 from andabata.machine.planar.mover_contact import Contact
 from andabata.models import shipped_policy
 from andabata.tasks.rooms.spn_config import SpnConfig
-from andabata.tasks.rooms.td3_config import Td3Config
+from andabata.tasks.rooms.td3_config import Td3TaskConfig
 from andabata.tasks.terminations import Outcome
 from rl.driving import DRIVING_NOISE
 from rl.goal_laws import ProportionalPolicy
@@ -109,7 +109,7 @@ def test_a_file_without_contacts_is_read():
 
 def test_a_mover_that_drives_into_a_robot_is_told_apart():
     """A robot told to stand is hit at rest at some time; none of its crashes is its own fault."""
-    movers = Td3Config(rooms=("clutter-movers-7300",), random_rooms=0)
+    movers = Td3TaskConfig(rooms=("clutter-movers-7300",), random_rooms=0)
     standing = window_policy()
     weights = {name: np.zeros_like(value) for name, value in standing.tensors().items()}
     last = max(name for name in weights if name.endswith("bias"))

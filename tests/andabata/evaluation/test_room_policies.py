@@ -6,12 +6,12 @@ from andabata.evaluation.room_policies import fitted, trained_in, trained_lidar
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.models import shipped_policy
 from andabata.tasks.rooms.spn_config import SpnConfig
-from andabata.tasks.rooms.td3_config import GDAE_RADIUS, Td3Config
+from andabata.tasks.rooms.td3_config import GDAE_RADIUS, Td3TaskConfig
 from rl.goal_laws import HeadingPolicy
 from rl.policy import with_info
 from tests.support.room_policies import point_policy, window_policy
 
-TASK = Td3Config()
+TASK = Td3TaskConfig()
 TEN_BEAMS = TASK.model_copy(update={"lidar": PlanarLidarConfig.parse("ten-beams")})
 
 

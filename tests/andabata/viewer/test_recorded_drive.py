@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
-from andabata.viewer.recorded_drive import RecordedPath, RunFolderError, resting_pose
+from andabata.report.folder import RunFolderError
+from andabata.viewer.recorded_drive import RecordedPath, resting_pose
 
 
 @pytest.fixture

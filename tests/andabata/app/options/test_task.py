@@ -8,7 +8,7 @@ from andabata.app.options.evaluation import (
     RoomEvaluationOptions,
 )
 from andabata.app.options.shared import ClassifierOptions
-from andabata.app.options.task import OFFROAD, ROOM_TASKS, check_task, refuse_options
+from andabata.app.options.task import OFFROAD, ROOM_TASK_NAMES, check_task, refuse_options
 from andabata.configuration.usage import UsageError
 from andabata.tasks.rooms import catalogue
 from andabata.training.plans import TASKS
@@ -35,8 +35,8 @@ def test_an_unknown_task_is_refused():
 
 def test_tasks_in_rooms_are_those_that_there_are_plans_for():
     """The option knows the tasks of the plans and of the settings."""
-    assert (OFFROAD, *ROOM_TASKS) == TASKS
-    assert tuple(catalogue.ROOM_TASKS) == ROOM_TASKS
+    assert (OFFROAD, *ROOM_TASK_NAMES) == TASKS
+    assert tuple(catalogue.ROOM_TASKS) == ROOM_TASK_NAMES
     given = RoomEvaluationOptions(memory="map")
     with pytest.raises(UsageError, match=r"^--memory: .* leave it out or give --task spn or td3$"):
         refuse_options("offroad", [(given, RoomEvaluationOptions)])

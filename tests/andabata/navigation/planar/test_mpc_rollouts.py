@@ -7,8 +7,8 @@ from andabata.machine.planar.footprint import box_footprint, outline_distance
 from andabata.navigation.planar.dynamics import MotionState, PlanarDynamics, WheelLimits
 from andabata.navigation.planar.mpc_rollouts import (
     Delayed,
+    KnownSurroundings,
     Prices,
-    Surroundings,
     before_effect,
     body_of,
     draw_commands,
@@ -44,7 +44,7 @@ def priced(command, hits=(), state=None, goal=(50.0, 0.0), **options):
     commands = np.tile(np.array(command, dtype=float), (1, STEPS, 1))
     costs = np.zeros(1)
     found = hits if isinstance(hits, NearestHits) else hits_at(hits)
-    around = Surroundings(found, straight_field(), *goal)
+    around = KnownSurroundings(found, straight_field(), *goal)
     start = state or MotionState(-2.0, 0.0, 0.0, command[0], command[1], *command)
     behind = late(past=(command,))
     price_all(commands, start, behind, around, BODY, PRICES._replace(**options), costs)
@@ -139,7 +139,7 @@ def test_changes_of_the_yaw_rate_cost():
     commands = np.zeros((1, STEPS, 2))
     commands[0, 20:, 1] = 1.0
     costs = np.zeros(1)
-    around = Surroundings(hits_at([]), straight_field(), 50.0, 0.0)
+    around = KnownSurroundings(hits_at([]), straight_field(), 50.0, 0.0)
     price_all(commands, start, late(), around, BODY, PRICES._replace(turn_cost=0.01), costs)
     assert costs[0] == pytest.approx(2.5 + 0.01 * 20.0, abs=1e-3)
 
@@ -163,7 +163,7 @@ def test_with_a_part_of_a_period_of_delay_each_command_acts_that_much_later():
     for delay in (0.0, 0.5 * PERIOD):
         commands, costs = np.zeros((1, STEPS, 2)), np.zeros(1)
         commands[0, :, 0] = 1.0
-        around = Surroundings(hits_at([]), straight_field(), 50.0, 0.0)
+        around = KnownSurroundings(hits_at([]), straight_field(), 50.0, 0.0)
         start = MotionState(-2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         behind = late(AT_ONCE._replace(delay=delay))
         price_all(commands, start, behind, around, BODY, PRICES, costs)

@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig, RoomRewardConfig
 from andabata.tasks.rooms.config import named_parts, room_actions
 from andabata.tasks.rooms.spn_config import SpnConfig
-from andabata.tasks.rooms.td3_config import Td3Config
+from andabata.tasks.rooms.td3_config import Td3TaskConfig
 from worlds.rooms.catalogue import make_room
 
 
@@ -16,25 +16,25 @@ def test_a_pool_follows_the_named_rooms():
     config = SpnConfig(rooms=("spn-env1",), random_rooms=2, random_kind="clutter-movers")
     assert config.all_rooms == ("spn-env1", "clutter-movers-0", "clutter-movers-1")
     assert SpnConfig(random_rooms=1).all_rooms[-1] == "random-0"
-    assert Td3Config(random_rooms=2).all_rooms == ("clutter-0", "clutter-1")
+    assert Td3TaskConfig(random_rooms=2).all_rooms == ("clutter-0", "clutter-1")
 
 
 def test_snapshots_are_compared_in_rooms_that_no_pool_holds():
     """Named rooms come alike; without any, 32 random ones of the kind beyond every pool do."""
     assert SpnConfig(random_rooms=4).unseen.all_rooms == SpnConfig().rooms
     assert SpnConfig().unseen.favourite == 0.25
-    config = Td3Config(random_rooms=1000, random_kind="clutter-movers")
+    config = Td3TaskConfig(random_rooms=1000, random_kind="clutter-movers")
     unseen = config.unseen.all_rooms
     assert len(unseen) == 32
     assert not set(unseen) & set(config.all_rooms)
     assert all(name.startswith("clutter-movers-") for name in unseen)
-    assert Td3Config.model_validate(config.unseen.model_dump()) == config.unseen
+    assert Td3TaskConfig.model_validate(config.unseen.model_dump()) == config.unseen
 
 
 def test_a_task_is_somewhere():
     """Neither a named nor a random room is an error."""
     with pytest.raises(ValidationError, match="rooms: expected a name or random_rooms"):
-        Td3Config(random_rooms=0)
+        Td3TaskConfig(random_rooms=0)
 
 
 def test_fixed_tasks_are_those_of_all_named_rooms():
@@ -42,7 +42,7 @@ def test_fixed_tasks_are_those_of_all_named_rooms():
     config = SpnConfig(rooms=("spn-env5", "spn-env1", "spn-crowded"))
     assert [index for index, _ in config.fixed_tasks] == [1] * 4 + [2] * 5
     assert config.fixed_tasks[4][1] == make_room("spn-crowded").tasks[0]
-    assert Td3Config().fixed_tasks == []
+    assert Td3TaskConfig().fixed_tasks == []
 
 
 def test_rewards_are_told_by_their_kind():
@@ -53,17 +53,17 @@ def test_rewards_are_told_by_their_kind():
         ({"kind": "gdae", "goal": 80.0}, GdaeRewardConfig(goal=80.0)),
         ({"kind": "improved", "proportional": True}, ImprovedRewardConfig(proportional=True)),
     ):
-        config = Td3Config.model_validate({"reward": data})
+        config = Td3TaskConfig.model_validate({"reward": data})
         assert config.reward == expected
         assert type(config.reward) is type(expected)
-        assert Td3Config.model_validate(config.model_dump(mode="json")) == config
+        assert Td3TaskConfig.model_validate(config.model_dump(mode="json")) == config
     with pytest.raises(ValidationError, match="reward"):
-        Td3Config.model_validate({"reward": {"kind": "other"}})
+        Td3TaskConfig.model_validate({"reward": {"kind": "other"}})
 
 
 def test_terms_are_in_radians_and_of_the_lasers_range():
     """Fields of view become radians, and ranges end at the laser's largest."""
-    config = Td3Config(window_fov_deg=90.0, window_unit="ranges", earlier_scan=3, windows=9)
+    config = Td3TaskConfig(window_fov_deg=90.0, window_unit="ranges", earlier_scan=3, windows=9)
     assert config.terms.window_fov == pytest.approx(np.pi / 2)
     assert (config.terms.as_ranges, config.terms.earlier_scan) == (True, 3)
     spec = config.observations

@@ -8,7 +8,7 @@ from andabata.machine.planar.lidar import PLANAR_LIDARS
 from andabata.navigation.planar.lidar_map import LidarMapConfig
 from andabata.tasks.rooms.env import RoomEnv, RoomVectorEnv
 from andabata.tasks.rooms.spn_config import TRAINING_ROOMS, SpnConfig
-from andabata.tasks.rooms.td3_config import Td3Config
+from andabata.tasks.rooms.td3_config import Td3TaskConfig
 from andabata.tasks.terminations import TerminationConfig
 from andabata.tasks.vector import renderer_of
 from tests.support.room_robots import AHEAD, SPIN, STAND, drive, part, step
@@ -261,7 +261,7 @@ def test_a_task_that_is_not_there_is_named():
 
 def test_gdaes_reward_leaves_out_robots_that_were_never_put_down():
     """Of two robots one begins: the other has no beams, and no warning comes of it."""
-    config = Td3Config(rooms=("clutter-7300",), random_rooms=0, reward={"kind": "gdae"})
+    config = Td3TaskConfig(rooms=("clutter-7300",), random_rooms=0, reward={"kind": "gdae"})
     env = RoomVectorEnv(config, 2, autoreset=False)
     env.reset(seed=[0, 1], options={"reset_mask": np.array([True, False])})
     _, rewards, *_ = env.step(np.zeros((2, 2), dtype=np.float32))

@@ -9,12 +9,12 @@ from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig
 from andabata.tasks.rooms import env as room_env
 from andabata.tasks.rooms.env import RoomVectorEnv
 from andabata.tasks.rooms.observations import LidarRandomization
-from andabata.tasks.rooms.td3_config import Td3Config
+from andabata.tasks.rooms.td3_config import Td3TaskConfig
 from andabata.tasks.vector import renderer_of
 from tests.support.room_robots import AHEAD, SPIN, STAND, drive, part, step
 from worlds.rooms.room import Room, RoomPlan
 
-MOVING = Td3Config(
+MOVING = Td3TaskConfig(
     rooms=("clutter-movers-5", "clutter-movers-8", "spn-sudden", "spn-env3"), random_rooms=0
 )
 
@@ -163,7 +163,7 @@ def test_movers_are_those_of_the_seed():
 
 def test_random_rooms_alone_are_drawn_alike():
     """Without named rooms each of the pool comes as often as others, whatever the difficulty."""
-    config = Td3Config(random_rooms=8)
+    config = Td3TaskConfig(random_rooms=8)
     env = RoomVectorEnv(config, 1600)
     for options in ({}, {"difficulty": 1.0}):
         worlds = env.reset(seed=2, options=options)[1]["world_seed"]

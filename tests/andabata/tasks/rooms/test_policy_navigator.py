@@ -13,7 +13,7 @@ from andabata.tasks.rooms.policy_navigator import (
     SimilarityConfig,
     scaled_lidar,
 )
-from andabata.tasks.rooms.td3_config import Td3Config
+from andabata.tasks.rooms.td3_config import Td3TaskConfig
 from rl.deterministic_policy import DeterministicPolicy
 from rl.goal_laws import HeadingPolicy
 from tests.support.room_policies import window_policy
@@ -23,7 +23,7 @@ FAST = PlanarVehicleConfig(max_speed=10.0, max_wheel_speed=20.0)
 
 
 def navigator(length=1.0, rate=1.0, has_map=False, law=False):
-    task = Td3Config(lidar=scaled_lidar(scaled_lidar(LIDAR, 1 / length), length))
+    task = Td3TaskConfig(lidar=scaled_lidar(scaled_lidar(LIDAR, 1 / length), length))
     policy = window_policy("td3")
     assert isinstance(policy, DeterministicPolicy)
     if law:

@@ -6,10 +6,10 @@ import pytest
 
 import andabata
 from andabata.tasks.rooms.td3 import make_td3, make_td3_vector
-from andabata.tasks.rooms.td3_config import Td3Config
+from andabata.tasks.rooms.td3_config import Td3TaskConfig
 from worlds.rooms.catalogue import UnknownRoomError
 
-POOL = Td3Config(random_rooms=4, random_kind="clutter-movers")
+POOL = Td3TaskConfig(random_rooms=4, random_kind="clutter-movers")
 
 
 def test_robots_are_made_by_names():

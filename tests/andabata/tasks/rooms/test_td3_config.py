@@ -8,7 +8,7 @@ from andabata.tasks.rooms.td3_config import (
     JUDGES,
     SCENES,
     STATES,
-    Td3Config,
+    Td3TaskConfig,
     td3_config,
 )
 from worlds.rooms.catalogue import make_room
@@ -17,13 +17,13 @@ from worlds.rooms.catalogue import make_room
 def test_what_judges_is_not_trained_in():
     """The rooms of the comparison and the scenes are judges; the default pool holds none."""
     assert all(make_room(name).judges for name in (*JUDGES, *SCENES))
-    assert not set(Td3Config().all_rooms) & {*JUDGES, *SCENES}
-    assert not any(make_room(name).judges for name in Td3Config(random_rooms=3).all_rooms)
+    assert not set(Td3TaskConfig().all_rooms) & {*JUDGES, *SCENES}
+    assert not any(make_room(name).judges for name in Td3TaskConfig(random_rooms=3).all_rooms)
 
 
 def test_the_defaults_are_those_of_gdae():
     """500 steps of 0.1 s at up to 1 m/s and 1 rad/s, goals of 0.3 m, no points."""
-    config = Td3Config()
+    config = Td3TaskConfig()
     assert (config.task, config.capacity) == ("td3", 0)
     assert config.terminations.time_limit / config.robot.period == pytest.approx(500)
     robot = config.robot
@@ -60,7 +60,7 @@ def test_named_rooms_take_the_pools_place():
     """With names there is no pool; settings and state go together; others are refused."""
     config = td3_config("gdae", None, "gdae")
     assert config.all_rooms == ("gdae",)
-    base = Td3Config(random_rooms=5, earlier_scan=2)
+    base = Td3TaskConfig(random_rooms=5, earlier_scan=2)
     assert td3_config(config=base) == base
     assert td3_config(lidar="ten-beams", config=base).lidar.count == 10
     assert td3_config(state="printed", config=base).earlier_scan == 2

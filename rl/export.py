@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rl.driving import driving_noise
-from rl.mlp import PerceptronPolicy
-from rl.point_features import MASK, POINTS, SLOPE
-from rl.point_set import PointSetPolicy, goal_terms
+from rl.policies.mlp import PerceptronPolicy
+from rl.policies.point_features import MASK, POINTS, SLOPE
+from rl.policies.point_set import PointSetPolicy, goal_terms
 from rl.policy import Policy
 from rl.spaces import ActionSpec, ObservationSpec
 

@@ -9,9 +9,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from rl.deterministic_policy import DeterministicPolicy
-from rl.gaussian_policy import LOG_SIGMA
-from rl.mlp import MlpPolicy
+from rl.policies.deterministic import DeterministicPolicy
+from rl.policies.gaussian import LOG_SIGMA
+from rl.policies.mlp import MlpPolicy
 from rl.policy import Policy
 from rl.spaces import ActionSpec, ObservationSpec
 

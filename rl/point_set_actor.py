@@ -1,8 +1,8 @@
 """The actor on a set of points in torch, with an exact gradient through the selected points alone.
 
-See ``rl.point_set`` for the network. The maxima over all points are found by a compiled kernel
-without a graph, and the gradient goes through the K selected points of each observation: the same
-numbers as those of the dense graph for a fraction of its time.
+See ``rl.policies.point_set`` for the network. The maxima over all points are found by a compiled
+kernel without a graph, and the gradient goes through the K selected points of each observation: the
+same numbers as those of the dense graph for a fraction of its time.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from rl.networks import (
     linear_layers,
     mean_and_sigma,
 )
-from rl.point_features import (
+from rl.policies.point_features import (
     SLOPE,
     PointLayers,
     PointLayout,
@@ -29,7 +29,7 @@ from rl.point_features import (
     global_features,
     point_layout,
 )
-from rl.point_set import PointSetPolicy, goal_terms
+from rl.policies.point_set import PointSetPolicy, goal_terms
 from rl.spaces import ActionSpec, ObservationSpec
 
 
@@ -51,7 +51,7 @@ class PointSetActor(SquashedGaussianActor):
             observations: Space of the observations, with ``points`` and perhaps ``mask``.
             actions: Space of the actions.
             hidden: Width of each layer between the features and the output (paper: two layers).
-            terms: Names of the terms that make up g, None for ``rl.point_set.GOAL_TERMS``.
+            terms: Names of the terms that make up g, None for ``rl.policies.point_set.GOAL_TERMS``.
             width: Number H of hidden units of a point, a multiple of 8 (assumption).
             n_features: Number K of features (paper: 2 to 50, 20 did best).
         """

@@ -21,9 +21,9 @@ _VERSION = 3
 _MAX_BYTES = 64 << 20
 
 _ARCHITECTURES = {
-    "deterministic": "rl.deterministic_policy:DeterministicPolicy",
-    "mlp": "rl.mlp:MlpPolicy",
-    "point_set": "rl.point_set:PointSetPolicy",
+    "deterministic": "rl.policies.deterministic:DeterministicPolicy",
+    "mlp": "rl.policies.mlp:MlpPolicy",
+    "point_set": "rl.policies.point_set:PointSetPolicy",
     "proportional": "rl.goal_laws:ProportionalPolicy",
     "heading": "rl.goal_laws:HeadingPolicy",
     "random": "rl.goal_laws:RandomPolicy",

@@ -14,9 +14,9 @@ from torch import Tensor
 from torch.nn.functional import mse_loss, smooth_l1_loss
 
 from rl.critics import Fusion, TwinCritic
-from rl.deterministic_policy import EXPLORATION
-from rl.exploration import Exploration, NoiseSchedule, RandomTurns
 from rl.networks import DeterministicActor, polyak_update
+from rl.policies.deterministic import EXPLORATION
+from rl.policies.exploration import Exploration, NoiseSchedule, RandomTurns
 from rl.policy import Policy
 from rl.replay import Renderer
 from rl.replay_learner import ReplayLearner, ReplayLearnerConfig

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from traversability.features import ALL_FEATURES
 from traversability.forest import Forest
-from traversability.trees import Trees
+from traversability.trees.flat import Trees
 
 
 class ExportError(ValueError):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from terrain.kernel import kernel
 from traversability.binning import fill_quarters, polar_tables
-from traversability.cell_columns import (
+from traversability.cells.columns import (
     COVER_100,
     COVER_OVER_QUARTILE,
     HEIGHT_DIFFERENCE,
@@ -28,7 +28,7 @@ from traversability.cell_columns import (
     TILT,
     make_workspace,
 )
-from traversability.cell_shape import describe_cells
+from traversability.cells.shape import describe_cells
 from traversability.grid import PolarGrid
 
 PAPER_FEATURES = ("roughness", "orientation", "planarity", "min_height", "height_difference")
@@ -122,7 +122,7 @@ CONTEXT = (
 and in the next ones to both sides; of two cells, the lower and the higher value of a feature."""
 
 OWN_FEATURES = PAPER_FEATURES + SHAPE_FEATURES + HEIGHT_FEATURES
-"""Names of a cell's own features, in the order of the columns of ``cell_columns``."""
+"""Names of a cell's own features, in the order of the columns of ``cells.columns``."""
 
 ALL_FEATURES = OWN_FEATURES + tuple(
     f"{place}:{OWN_FEATURES[number]}" for place in CONTEXT for number in SHARED

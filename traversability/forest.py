@@ -13,7 +13,7 @@ from traversability.arrays import ArrayFileError, pack, unpack
 from traversability.features import ALL_FEATURES, CellFeatures
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
-from traversability.trees import Trees, add_leaves
+from traversability.trees.flat import Trees, add_leaves
 
 _FORMAT = "andabata-forest"
 _VERSION = 4

@@ -18,8 +18,8 @@ from traversability.forest import Forest, Thresholds, leaf_sums
 from traversability.forest_training import ForestConfig, early_exits
 from traversability.labels import CellState
 from traversability.scores import CellScores
-from traversability.tree_fitting import fit_correction
-from traversability.trees import Trees
+from traversability.trees.fitting import fit_correction
+from traversability.trees.flat import Trees
 
 _THRESHOLDS = np.round(np.arange(0.02, 0.805, 0.01), 2)
 """Thresholds to choose from, as in training."""

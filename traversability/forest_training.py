@@ -11,8 +11,8 @@ from traversability.dataset import CellSamples
 from traversability.features import ALL_FEATURES, OWN_FEATURES, PAPER_FEATURES
 from traversability.forest import Exit, Forest, Screen, Thresholds, leaf_sums
 from traversability.grid import PolarGrid
-from traversability.tree_fitting import fit_boosted, flatten_random
-from traversability.trees import Trees
+from traversability.trees.fitting import fit_boosted, flatten_random
+from traversability.trees.flat import Trees
 
 _SCREEN_RATE = 0.5
 """Smallest learning rate of a screen, whose trees are few."""

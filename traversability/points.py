@@ -12,10 +12,10 @@ from scipy.spatial import cKDTree
 
 from terrain.kernel import kernel
 from traversability.binning import LOWEST, fill_quarters
-from traversability.covariance import Covariance, eigenvalues, normal_z_squared
+from traversability.cells.covariance import Covariance, eigenvalues, normal_z_squared
 from traversability.grid import PolarGrid
-from traversability.tree_fitting import flatten_random
-from traversability.trees import Trees, add_leaves
+from traversability.trees.fitting import flatten_random
+from traversability.trees.flat import Trees, add_leaves
 
 POINT_FEATURES = (
     "roughness",

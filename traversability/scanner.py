@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from terrain.kernel import kernel
 from traversability.binning import fill_quarters, make_quarters, polar_tables
-from traversability.cell_columns import CellWorkspace, make_workspace
-from traversability.cell_shape import describe_cells
+from traversability.cells.columns import CellWorkspace, make_workspace
+from traversability.cells.shape import describe_cells
 from traversability.features import ALL_FEATURES, gather_neighbours
 from traversability.forest import Exit, Forest
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
-from traversability.trees import TreeNodes, add_leaves
+from traversability.trees.flat import TreeNodes, add_leaves
 from traversability.virtual_scan import VirtualScan
 
 _EMPTY = int(CellState.EMPTY)

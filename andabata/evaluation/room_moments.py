@@ -21,7 +21,7 @@ from andabata.machine.kinematics import Twist
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.readings import PlanarReadings
 from andabata.tasks.rooms.env import RoomVectorEnv
-from rl.point_set import PointSetPolicy
+from rl.policies.point_set import PointSetPolicy
 from rl.policy import Policy
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.room import Room, RoomTask

@@ -14,7 +14,7 @@ from andabata.evaluation.room_drives import RoomDrive, drive_tasks
 from andabata.evaluation.room_policies import fitted
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.tasks.rooms.config import RoomConfig
-from rl.point_set import PointSetPolicy
+from rl.policies.point_set import PointSetPolicy
 from rl.policy import Policy
 from worlds.rooms.room import RoomTask
 

@@ -28,7 +28,7 @@ from andabata.report.plots.rooms import (
     trajectories_figure,
 )
 from andabata.report.room_folder import RoomFolder
-from rl.point_set import PointSetPolicy
+from rl.policies.point_set import PointSetPolicy
 from rl.policy import Policy
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.room import Room, RoomTask

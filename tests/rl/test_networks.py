@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import torch
 
-from rl.gaussian_policy import LOG_SIGMA
 from rl.networks import (
     Actor,
     DeterministicActor,
@@ -13,6 +12,7 @@ from rl.networks import (
     polyak_update,
     use_one_thread,
 )
+from rl.policies.gaussian import LOG_SIGMA
 from rl.spaces import steering_actions, steering_observations
 from tests.support.known_environments import TARGETS, TWO_ACTIONS
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
-from rl.gaussian_policy import LOG_SIGMA
 from rl.point_set_actor import PointSetActor
+from rl.policies.gaussian import LOG_SIGMA
 from tests.support.point_sets import ACTIONS, observation, point_observations
 
 

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from rl.critics import Fusion
-from rl.exploration import NoiseSchedule, RandomTurns
+from rl.policies.exploration import NoiseSchedule, RandomTurns
 from rl.policy import policy_from_bytes
 from rl.td3 import Td3Config, TwinDelayed
 from rl.training import Episode, EpisodeSpec, play

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rl.mlp import MlpPolicy
+from rl.policies.mlp import MlpPolicy
 from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
 from rl.training import EpisodeSpec, play, play_together, serial_rollouts
 

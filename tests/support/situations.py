@@ -15,7 +15,7 @@ from traversability.cartesian.context import CONTEXT_FEATURES
 from traversability.cartesian.features import GROUND_FEATURES
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
-from traversability.trees import COLUMNS, Trees
+from traversability.trees.flat import COLUMNS, Trees
 from traversability.virtual_scan import VirtualScan
 
 GRID, ROBOT = PolarGrid(), RobotModel()

@@ -8,7 +8,7 @@ from traversability.export import forest_to_onnx
 from traversability.features import ALL_FEATURES, cell_features
 from traversability.forest import Forest, Thresholds
 from traversability.grid import PolarGrid
-from traversability.trees import Trees
+from traversability.trees.flat import Trees
 
 pytest.importorskip("onnx", reason="onnx is not installed (extra `onnx`)")
 runtime = pytest.importorskip("onnxruntime", reason="onnxruntime is not installed (extra `onnx`)")

@@ -11,7 +11,7 @@ from traversability.forest import Forest, Screen
 from traversability.grid import PolarGrid
 from traversability.labels import CellState
 from traversability.scanner import TraversabilityScanner
-from traversability.trees import Trees
+from traversability.trees.flat import Trees
 from traversability.virtual_scan import virtual_scan
 
 

@@ -12,15 +12,15 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from terrain.kernel import kernel
 from traversability.arrays import ArrayFileError, pack, unpack
-from traversability.binned_trees import BinnedTrees, bin_trees, sum_binned_leaves
 from traversability.cartesian.context import CONTEXT_FEATURES, add_context
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures, label_ground_cells
 from traversability.cloud import PointCloud
 from traversability.forest import ForestFileError
 from traversability.labels import MIN_SHARE, object_points
-from traversability.tree_fitting import fit_boosted
-from traversability.trees import Trees
+from traversability.trees.binned import BinnedTrees, bin_trees, sum_binned_leaves
+from traversability.trees.fitting import fit_boosted
+from traversability.trees.flat import Trees
 
 _FORMAT = "andabata-squares"  # As files of before have it.
 _VERSION = 2

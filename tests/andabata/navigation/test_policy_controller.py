@@ -5,7 +5,7 @@ import pytest
 
 from andabata.machine.kinematics import Twist
 from andabata.navigation.policy_controller import PolicyController, observation_of, twist_of
-from rl.point_set import PointSetPolicy
+from rl.policies.point_set import PointSetPolicy
 from rl.spaces import (
     ActionSpec,
     ObservationSpec,

@@ -10,7 +10,7 @@ import pytest
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.tasks.maze import MazeVectorEnv, is_planar
 from andabata.tasks.offroad import OffroadEnv, stage_config
-from rl.mlp import MlpPolicy
+from rl.policies.mlp import MlpPolicy
 from rl.spaces import steering_actions, steering_observations
 from rl.training import EpisodeSpec, play, play_together
 from worlds.scenes import SceneCache

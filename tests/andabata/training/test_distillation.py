@@ -21,7 +21,7 @@ from andabata.training.expert_labels import (
     Mixture,
     drive_and_label,
 )
-from rl.deterministic_policy import DeterministicPolicy
+from rl.policies.deterministic import DeterministicPolicy
 from worlds.rooms.barn import barn_world
 
 SHORT = LabelledDriveConfig(time_limit=0.5)

@@ -20,7 +20,7 @@ from andabata.tasks.rooms.planar_drive import (
     drive_to_goal,
 )
 from andabata.tasks.terminations import Outcome
-from rl.deterministic_policy import DeterministicPolicy
+from rl.policies.deterministic import DeterministicPolicy
 from rl.policy import PolicyFileError, load_policy
 from worlds.rooms.barn import barn_world
 

@@ -14,8 +14,8 @@ from andabata.tasks.rooms.policy_navigator import (
     scaled_lidar,
 )
 from andabata.tasks.rooms.td3_config import Td3TaskConfig
-from rl.deterministic_policy import DeterministicPolicy
 from rl.goal_laws import HeadingPolicy
+from rl.policies.deterministic import DeterministicPolicy
 from tests.support.room_policies import window_policy
 
 LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=1.0, max_range=4.0, x=0.1)

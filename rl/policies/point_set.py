@@ -12,9 +12,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rl.gaussian_policy import GaussianPolicy
-from rl.mlp import dense
-from rl.point_features import (
+from rl.policies.gaussian import GaussianPolicy
+from rl.policies.mlp import dense
+from rl.policies.point_features import (
     MASK,
     POINTS,
     UNROLLED,

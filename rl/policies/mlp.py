@@ -6,10 +6,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rl.gaussian_policy import GaussianPolicy
+from rl.policies.gaussian import GaussianPolicy
+from rl.policies.squashed import SquashedPolicy
 from rl.policy import Tensors
 from rl.spaces import ActionSpec, ObservationSpec
-from rl.squashed_policy import SquashedPolicy
 from terrain.kernel import kernel
 
 

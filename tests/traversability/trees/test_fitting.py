@@ -8,7 +8,7 @@ from tests.support.cell_samples import GRID, cells
 from traversability.features import ALL_FEATURES, PAPER_FEATURES
 from traversability.forest import Forest, Thresholds, leaf_sums
 from traversability.forest_adaptation import AdaptationConfig
-from traversability.tree_fitting import fit_correction, flatten_boosted, flatten_random
+from traversability.trees.fitting import fit_correction, flatten_boosted, flatten_random
 
 
 @pytest.mark.parametrize("depth", [4, 12])

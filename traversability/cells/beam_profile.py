@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel, kernel
 from traversability.binning import COUNT, FURTHEST, NEAREST, X, Y, Z
-from traversability.cell_columns import (
+from traversability.cells.columns import (
     BEND,
     DEPTH,
     DISTANCE,

@@ -5,11 +5,11 @@ import pytest
 
 from tests.support.polar_clouds import flat
 from traversability.binning import COUNT, X, Y, fill_quarters, polar_tables
-from traversability.cell_columns import make_workspace
-from traversability.cell_shape import describe_cells
+from traversability.cells.columns import make_workspace
+from traversability.cells.ground_level import MAX_GRADE
+from traversability.cells.shape import describe_cells
 from traversability.features import OWN_FEATURES
 from traversability.grid import PolarGrid
-from traversability.ground_level import MAX_GRADE
 
 GRID = PolarGrid()
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.support.polar_clouds import flat, rough_ground
-from traversability import cell_columns
 from traversability.binning import fill_quarters, polar_tables
-from traversability.cell_columns import MIN_DESCRIBED, make_workspace
-from traversability.cell_shape import describe_cells
+from traversability.cells import columns
+from traversability.cells.columns import MIN_DESCRIBED, make_workspace
+from traversability.cells.shape import describe_cells
 from traversability.features import OWN_FEATURES
 from traversability.grid import PolarGrid
 
@@ -17,7 +17,7 @@ GRID = PolarGrid()
 def test_columns_are_those_of_the_names():
     """Each constant is the place of its feature in ``OWN_FEATURES``."""
     for place, name in enumerate(OWN_FEATURES):
-        assert getattr(cell_columns, name.upper()) == place
+        assert getattr(columns, name.upper()) == place
 
 
 def described(points, cells=None):
@@ -38,10 +38,10 @@ def test_cells_of_three_points_are_described_and_others_are_left_alone():
     _, known = described(np.concatenate([triangle, pair]).astype(np.float32), cells)
     assert (known.sum(), cells.counts.sum()) == (1, 5)
     assert (cells.values[~known] == 7.0).all()
-    assert cells.values[known][0, cell_columns.HEIGHT_DIFFERENCE] == pytest.approx(0.01)
+    assert cells.values[known][0, columns.HEIGHT_DIFFERENCE] == pytest.approx(0.01)
     ring = np.argwhere(known)[0, 1]
     middle = (GRID.ring_edges[ring] + GRID.ring_edges[ring + 1]) / 2
-    assert cells.values[known][0, cell_columns.DISTANCE] == pytest.approx(middle)
+    assert cells.values[known][0, columns.DISTANCE] == pytest.approx(middle)
 
 
 def test_a_workspace_that_was_used_before_gives_what_a_new_one_gives():
@@ -63,11 +63,11 @@ def test_a_slope_is_a_plane_around_every_quarter():
     near[:, 3:8] = known[:, 3:8]  # The outer rings have too few points, the inner ones are small.
     values = cells.values[near]
     steepness = np.hypot(0.2, 0.1)
-    for column in (cell_columns.TILT, cell_columns.SLOPE_MAX, cell_columns.SLOPE_MEAN):
+    for column in (columns.TILT, columns.SLOPE_MAX, columns.SLOPE_MEAN):
         np.testing.assert_allclose(values[:, column], steepness, rtol=0.05)
-    assert np.quantile(values[:, cell_columns.STEP_MAX], 0.95) < 0.01
-    assert cells.values[known][:, cell_columns.BUMP].max() < 0.03
-    assert not cells.values[known][:, cell_columns.BUMP_POINTS].any()
+    assert np.quantile(values[:, columns.STEP_MAX], 0.95) < 0.01
+    assert cells.values[known][:, columns.BUMP].max() < 0.03
+    assert not cells.values[known][:, columns.BUMP_POINTS].any()
 
 
 @pytest.mark.parametrize(("run", "expected"), [(0.03, 0.01 / 0.03), (0.01, 0.01 / 0.02)])
@@ -84,6 +84,6 @@ def test_a_rise_is_height_over_the_distance_of_mean_points_from_2_cm_on(run, exp
     cells, known = described(points.astype(np.float32))
     assert np.argwhere(known)[:, 1].tolist() == [5, 6]
     before, after = cells.values[known]
-    assert before[cell_columns.RISE_AFTER] == pytest.approx(expected, rel=0.01)
-    assert after[cell_columns.RISE_BEFORE] == pytest.approx(expected, rel=0.01)
-    assert before[cell_columns.RISE_BEFORE] == after[cell_columns.RISE_AFTER] == 0.0
+    assert before[columns.RISE_AFTER] == pytest.approx(expected, rel=0.01)
+    assert after[columns.RISE_BEFORE] == pytest.approx(expected, rel=0.01)
+    assert before[columns.RISE_BEFORE] == after[columns.RISE_AFTER] == 0.0

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from terrain.kernel import borrowing_kernel, inlined_kernel, kernel
 from traversability.binning import COUNT, HIGHEST, LOWEST, Quarters, Z
-from traversability.cell_columns import LAYERS, MIN_DESCRIBED, CellWorkspace
-from traversability.quarter_planes import GRADIENT_X, GRADIENT_Y, LEVEL, MEAN_X, MEAN_Y
+from traversability.cells.columns import LAYERS, MIN_DESCRIBED, CellWorkspace
+from traversability.cells.quarter_planes import GRADIENT_X, GRADIENT_Y, LEVEL, MEAN_X, MEAN_Y
 
 BUMP_HEIGHT = 0.04
 """Height over the ground around from which on a point stops a wheel, or nearly [m]."""

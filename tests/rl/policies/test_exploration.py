@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from rl.exploration import NoiseSchedule, RandomTurns
+from rl.policies.exploration import NoiseSchedule, RandomTurns
 from rl.spaces import ObservationSpec, ObservationTerm
 
 

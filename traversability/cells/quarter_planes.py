@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel, kernel
 from traversability.binning import COUNT, FURTHEST, HIGHEST, LOWEST, NEAREST, X, Y, Z
-from traversability.cell_columns import (
+from traversability.cells.columns import (
     ABOVE_PLANE,
     BELOW_PLANE,
     HIGHEST_AROUND,
@@ -19,7 +19,7 @@ from traversability.cell_columns import (
     STEP_MEAN,
     STEP_SECOND,
 )
-from traversability.covariance import gradient
+from traversability.cells.covariance import gradient
 
 _REACH = 0.3
 """Horizontal reach of the planes around quarters [m]: half a wheelbase and a little, since the

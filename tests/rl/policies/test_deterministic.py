@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from rl.deterministic_policy import DeterministicPolicy
 from rl.export import policy_to_onnx
 from rl.networks import DeterministicActor
+from rl.policies.deterministic import DeterministicPolicy
 from rl.policy import policy_from_bytes, with_info, with_observations
 from rl.spaces import ObservationSpec, ObservationTerm
 from tests.support.known_environments import TARGETS, TWO_ACTIONS

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel, kernel
 from traversability.binning import COUNT, LOWEST, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
-from traversability.cell_columns import MIN_DESCRIBED, CellWorkspace
-from traversability.quarter_planes import GRADIENT_X, GRADIENT_Y
+from traversability.cells.columns import MIN_DESCRIBED, CellWorkspace
+from traversability.cells.quarter_planes import GRADIENT_X, GRADIENT_Y
 
 MAX_GRADE = 0.3
 """Rise over run of the cones. Steeper ground (17 degrees) seems to stand above itself by the rest;

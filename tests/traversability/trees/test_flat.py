@@ -7,7 +7,7 @@ from tests.support.cell_samples import GRID, SMALL, cells
 from traversability.features import ALL_FEATURES
 from traversability.forest import Forest, Thresholds, leaf_sums
 from traversability.forest_training import PAPER_RECIPE, train_forest
-from traversability.trees import Trees
+from traversability.trees.flat import Trees
 
 
 @pytest.mark.parametrize("recipe", [SMALL, PAPER_RECIPE.model_copy(update={"trees": 10})])

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from traversability.trees import COLUMNS, Trees, Vote
+from traversability.trees.flat import COLUMNS, Trees, Vote
 
 
 class Boosting(Protocol):

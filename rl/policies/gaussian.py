@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rl.squashed_policy import SquashedPolicy
+from rl.policies.squashed import SquashedPolicy
 
 LOG_SIGMA = (-4.0, 0.5)
 """Bounds of the logarithm of the spread of explored actions, before tanh."""

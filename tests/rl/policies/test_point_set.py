@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rl.point_set import PointSetPolicy
+from rl.policies.point_set import PointSetPolicy
 from rl.policy import policy_from_bytes
 from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
 from tests.support.point_sets import ACTIONS, observation, point_observations

@@ -4,12 +4,12 @@ import numpy as np
 
 from tests.support.polar_clouds import rough_ground
 from traversability.binning import fill_quarters, polar_tables
-from traversability.bumps import rings_with_bumps
-from traversability.cell_columns import MIN_DESCRIBED, make_workspace
-from traversability.cell_shape import describe_cells
+from traversability.cells.bumps import rings_with_bumps
+from traversability.cells.columns import MIN_DESCRIBED, make_workspace
+from traversability.cells.relief import FIRST, N_ABOVE, SECOND, THIRD, examine_relief
+from traversability.cells.shape import describe_cells
 from traversability.features import OWN_FEATURES
 from traversability.grid import PolarGrid
-from traversability.relief import FIRST, N_ABOVE, SECOND, THIRD, examine_relief
 
 GRID = PolarGrid()
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel, kernel
 from traversability.binning import COUNT, X, Y, Z
-from traversability.cell_columns import (
+from traversability.cells.columns import (
     COVER_67,
     COVER_100,
     COVER_133,
@@ -29,7 +29,7 @@ from traversability.cell_columns import (
     SMOOTH_STEP,
     CellWorkspace,
 )
-from traversability.quarter_planes import (
+from traversability.cells.quarter_planes import (
     GRADIENT_X,
     GRADIENT_Y,
     LEVEL,
@@ -37,7 +37,7 @@ from traversability.quarter_planes import (
     MEAN_Y,
     MEAN_Z,
 )
-from traversability.relief import LAYERS_BELOW, LAYERS_PER_LIMIT
+from traversability.cells.relief import LAYERS_BELOW, LAYERS_PER_LIMIT
 
 _COVERS = (
     (COVER_67, 2),

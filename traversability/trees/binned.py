@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from terrain.kernel import kernel
-from traversability.trees import TreeNodes
+from traversability.trees.flat import TreeNodes
 
 _MAX_CUTS = 255
 """Largest number of different cuts of a column, so that a byte holds how many are below a value."""

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from traversability.binned_trees import add_binned_leaves, bin_trees
-from traversability.tree_fitting import fit_boosted
-from traversability.trees import TreeNodes, Trees, add_leaves
+from traversability.trees.binned import add_binned_leaves, bin_trees
+from traversability.trees.fitting import fit_boosted
+from traversability.trees.flat import TreeNodes, Trees, add_leaves
 
 NAMES = tuple("abcde")
 

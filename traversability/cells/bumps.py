@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from terrain.kernel import kernel
-from traversability.cell_columns import BUMP, BUMP_POINTS, BUMP_THIRD, MIN_DESCRIBED, CellWorkspace
-from traversability.relief import FIRST, N_ABOVE, THIRD
+from traversability.cells.columns import BUMP, BUMP_POINTS, BUMP_THIRD, MIN_DESCRIBED, CellWorkspace
+from traversability.cells.relief import FIRST, N_ABOVE, THIRD
 
 BUMP_RANGE = 3.2
 """Cells whose middle is nearer than this are searched for bumps [m]."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from traversability.covariance import Covariance, eigenvalues, normal_z_squared
+from traversability.cells.covariance import Covariance, eigenvalues, normal_z_squared
 
 
 def covariance_of(matrix):

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from terrain.kernel import kernel
-from traversability.beam_profile import beam_gaps, compare_with_ring, profile
 from traversability.binning import COUNT, HIGHEST, LOWEST, XX, XY, XZ, YY, YZ, ZZ, Quarters, X, Y, Z
-from traversability.bumps import rings_with_bumps, write_bumps
-from traversability.cell_columns import (
+from traversability.cells.beam_profile import beam_gaps, compare_with_ring, profile
+from traversability.cells.bumps import rings_with_bumps, write_bumps
+from traversability.cells.columns import (
     HEIGHT_DIFFERENCE,
     MAX_SLOPE,
     MEAN_ABOVE_LOWEST,
@@ -25,11 +25,11 @@ from traversability.cell_columns import (
     TILT,
     CellWorkspace,
 )
-from traversability.covariance import Covariance, eigenvalues, gradient, normal_z_squared
-from traversability.ground_level import ground_levels
-from traversability.heights import describe_heights
-from traversability.quarter_planes import ground_shape, mean_points
-from traversability.relief import examine_relief
+from traversability.cells.covariance import Covariance, eigenvalues, gradient, normal_z_squared
+from traversability.cells.ground_level import ground_levels
+from traversability.cells.heights import describe_heights
+from traversability.cells.quarter_planes import ground_shape, mean_points
+from traversability.cells.relief import examine_relief
 
 _CELL_NOISE = 1e-3
 """Spread of points along a beam by range noise alone, squared [m2]."""

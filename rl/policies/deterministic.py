@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rl.exploration import Exploration, RandomTurns
-from rl.mlp import PerceptronPolicy
+from rl.policies.exploration import Exploration, RandomTurns
+from rl.policies.mlp import PerceptronPolicy
 
 EXPLORATION = "exploration"
 """Key of the description under which a policy that plays to learn has its ``Exploration``."""

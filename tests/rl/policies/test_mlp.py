@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from rl.gaussian_policy import LOG_SIGMA
-from rl.mlp import MlpPolicy
 from rl.networks import Actor
+from rl.policies.gaussian import LOG_SIGMA
+from rl.policies.mlp import MlpPolicy
 from rl.policy import policy_from_bytes
 from rl.spaces import steering_actions, steering_observations
 from tests.support.known_environments import TARGETS, TWO_ACTIONS

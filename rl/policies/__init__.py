@@ -1,0 +1,1 @@
+"""Policies without torch, compiled: perceptrons, networks on point sets, and how they explore."""

@@ -1,0 +1,1 @@
+"""Features of one polar cell from its points, compiled; ``shape.py`` puts them together."""

@@ -1,0 +1,1 @@
+"""Decision trees: flat arrays that compiled loops walk, in bins, and their fitting."""

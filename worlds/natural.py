@@ -53,6 +53,7 @@ class NaturalConfig(BaseModel):
         pits: Number of pits.
         traps: Number of dead ends, U-shaped rows of rocks.
         terraces: Number of plateaus and basins whose edges are steps or banks of 3 to 75 cm.
+        ledges: Number of plateaus and basins whose edges are upright steps of 5 to 50 cm.
         stones: Density of stones that a wheel rolls over [1/m^2].
         stands: Density of continuous stands of plants, 2 to 9 m wide [1/m^2].
         lamps: Density of lamps [1/m^2].
@@ -88,6 +89,7 @@ class NaturalConfig(BaseModel):
     pits: int = Field(default=5, ge=0, le=100)
     traps: int = Field(default=5, ge=0, le=50)
     terraces: int = Field(default=0, ge=0, le=100)
+    ledges: int = Field(default=0, ge=0, le=200)
     stones: float = Field(default=0.0, ge=0, le=1)
     stands: float = Field(default=0.0, ge=0, le=0.1)
     lamps: float = Field(default=0.0, ge=0, le=0.1)
@@ -162,6 +164,12 @@ def _ground(
         distance = distance_to_line(lines, lines, line, reach=8.0)
         height = rng.choice([-1.0, 1.0]) * 0.03 * 25.0 ** rng.uniform(0, 1)
         heights += terrace(distance, rng.uniform(1.5, 5.0), height, rng.uniform(cell, 1.5))
+    for _ in range(round(config.ledges * (0.5 + difficulty))):
+        start = rng.uniform(-size / 2, size / 2, 2)
+        line = winding_line(start, rng.uniform(-np.pi, np.pi), rng.uniform(2, 12), 0.3, rng)
+        distance = distance_to_line(lines, lines, line, reach=6.0)
+        height = rng.choice([-1.0, 1.0]) * 0.05 * 10.0 ** rng.uniform(0, 1)
+        heights += terrace(distance, rng.uniform(1.5, 4.0), height, cell)
     surface = np.full((n - 1, n - 1), SemanticClass.GROUND, dtype=np.uint8)
     for _ in range(config.paths):
         heights = _lay_path(heights, surface, lines, rng)

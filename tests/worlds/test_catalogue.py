@@ -21,6 +21,7 @@ NAMES = (
     "park",
     "plain",
     "stony",
+    "terraced",
 )
 
 

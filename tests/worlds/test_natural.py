@@ -103,3 +103,18 @@ def test_stands_cover_the_ground_where_they_stand():
     assert len(others) == len(bare.objects)
     for one, other in zip(others, bare.objects, strict=True):
         np.testing.assert_array_equal(one.vertices, other.vertices)
+
+
+def test_ledges_are_upright_steps_up_and_down():
+    """Ground changes its height by 5 to 50 cm between two grid lines, and nowhere else."""
+    extremes = []
+    for seed in range(6):
+        world, bare = natural(ledges=1, seed=seed), natural(seed=seed)
+        added = world.ground.heights - bare.ground.heights
+        height = np.abs(added).max()
+        assert 0.05 <= height <= 0.5
+        assert (np.isclose(np.abs(added), height, atol=1e-5) | (added == 0)).mean() > 0.97
+        stops = np.isin(world.truth.reason, (Reason.STEP, Reason.SLOPE)).any()
+        assert stops or height < 0.12
+        extremes.append(added[np.unravel_index(np.abs(added).argmax(), added.shape)])
+    assert min(extremes) < 0 < max(extremes)

@@ -61,8 +61,15 @@ class Exhibit:
 
     @property
     def lines(self) -> list[list[str]]:
-        """Words of each command line, without the program's name."""
-        return [shlex.split(line)[1:] for line in self.command.split(" && ")]
+        """Words of each command line, with this Python in front."""
+        return [_program(shlex.split(line)) for line in self.command.split(" && ")]
+
+
+def _program(words: list[str]) -> list[str]:
+    """Return the words of a command line of ours, or of ``python -m``, to run with this Python."""
+    if words[0] == "python":
+        return [sys.executable, *words[1:]]
+    return [*_PROGRAM, *words[1:]]
 
 
 def exhibits(text: str) -> list[Exhibit]:
@@ -87,9 +94,9 @@ def make(exhibit: Exhibit) -> bytes:
             (words,) = exhibit.lines
             return fitted(_from_view(words, folder, float(seconds)), exhibit.width)
         for words in exhibit.lines:
-            subprocess.run(
-                [*_PROGRAM, *words, "--quiet"], cwd=folder, check=True, stdout=subprocess.DEVNULL
-            )
+            # Ours print what they found; other modules print nothing and know no such option.
+            quiet = ["--quiet"] if tuple(words[: len(_PROGRAM)]) == _PROGRAM else []
+            subprocess.run([*words, *quiet], cwd=folder, check=True, stdout=subprocess.DEVNULL)
         name, _, caption = exhibit.source.partition("#")
         data = (Path(folder) / name).read_bytes()
     return fitted(_from_page(data.decode(), caption) if caption else data, exhibit.width)
@@ -103,7 +110,7 @@ def _from_view(words: Sequence[str], folder: str, seconds: float) -> bytes:
         folder: Folder to run it in.
         seconds: Time after which the picture is taken [s].
     """
-    command = [*_PROGRAM, *words, "--view-port", "0"]
+    command = [*words, "--view-port", "0"]
     with subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True) as served:
         try:
             assert served.stderr is not None

@@ -82,8 +82,13 @@ def save(figure: Figure, stream: BinaryIO, **options: Any) -> None:  # noqa: ANN
         figure.savefig(stream, **options)
 
 
-def png(figure: Figure) -> bytes:
-    """Return a figure's PNG file."""
+def png(figure: Figure, dpi: int = 80) -> bytes:
+    """Return a figure's PNG file.
+
+    Args:
+        figure: Figure.
+        dpi: Resolution [pixels/inch].
+    """
     stream = io.BytesIO()
-    save(figure, stream, format="png", dpi=80)
+    save(figure, stream, format="png", dpi=dpi)
     return stream.getvalue()

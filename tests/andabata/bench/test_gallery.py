@@ -2,7 +2,9 @@
 
 import base64
 import io
+import re
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -25,13 +27,34 @@ def test_a_row_is_read_from_the_table():
     )
     (found,) = exhibits(text)
     assert found == Exhibit("pictures/a.gif", "andabata x && andabata y", "a.gif", 320)
-    assert found.lines == [["x"], ["y"]]
+    ours = [sys.executable, "-m", "andabata"]
+    assert found.lines == [[*ours, "x"], [*ours, "y"]]
+
+
+def test_a_command_of_another_module_runs_with_this_python():
+    """``python -m`` is the Python that runs; the words behind it stay."""
+    exhibit = Exhibit("pictures/a.png", "python -m some.module a.png", "a.png", 320)
+    assert exhibit.lines == [[sys.executable, "-m", "some.module", "a.png"]]
+
+
+def test_a_module_makes_its_picture_without_options_of_ours(monkeypatch):
+    """The file that it writes is the picture: it is not asked to be quiet."""
+
+    def run(command, cwd, **others):
+        assert command == [sys.executable, "-m", "some.module", "a.png"]
+        Image.new("RGB", (400, 100), "red").save(Path(cwd) / "a.png")
+
+    monkeypatch.setattr("andabata.bench.gallery.subprocess.run", run)
+    made = make(Exhibit("pictures/a.png", "python -m some.module a.png", "a.png", 200))
+    assert Image.open(io.BytesIO(made)).size == (200, 50)
 
 
 @pytest.mark.parametrize("exhibit", EXHIBITS, ids=lambda each: each.path)
 def test_each_picture_is_there_with_a_command_that_exists(exhibit):
     """Options are known, the picture is not wider than the table says."""
     assert complaint(exhibit.command) is None
+    for module in re.findall(r"python -m (\S+)", exhibit.command):
+        assert find_spec(module) is not None
     picture = Image.open(io.BytesIO((PICTURES.parent / exhibit.path).read_bytes()))
     assert 100 < picture.width <= exhibit.width
     assert picture.format == Path(exhibit.path).suffix[1:].upper()

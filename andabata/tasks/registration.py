@@ -5,7 +5,7 @@ import gymnasium as gym
 STAGES = ("Maze2D", "Maze3D", "Natural")
 
 ROOM_TASK_NAMES = ("spn", "td3")
-"""Names of the tasks in rooms, which are those of their modules."""
+"""Names of the tasks in rooms, which are those of their modules in ``rooms``."""
 
 
 def register_environments() -> None:
@@ -28,6 +28,6 @@ def register_environments() -> None:
         if name not in gym.registry:
             gym.register(
                 name,
-                entry_point=f"andabata.tasks.{task}:make_{task}",
-                vector_entry_point=f"andabata.tasks.{task}:make_{task}_vector",
+                entry_point=f"andabata.tasks.rooms.{task}:make_{task}",
+                vector_entry_point=f"andabata.tasks.rooms.{task}:make_{task}_vector",
             )

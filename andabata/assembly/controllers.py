@@ -47,14 +47,6 @@ MAPLESS_CONTROLLERS = (
 CONTROLLERS = (*MAPLESS_CONTROLLERS, "oracle")
 """Names of all controllers."""
 
-RENAMED_CONTROLLERS = {
-    "learned": "policy+planner",
-    "learned-map": "policy",
-    "straight+map": "planner",
-    "reactive+map": "reactive+planner",
-}
-"""Names of this version by those of older ones."""
-
 
 def make_steering(
     name: str,
@@ -79,8 +71,6 @@ def make_steering(
     known = CONTROLLERS if world is not None else MAPLESS_CONTROLLERS
     if name not in known:
         why = "; the oracle needs the true map" if name == "oracle" else ""
-        if name in RENAMED_CONTROLLERS:
-            why = f"; {name!r} is {RENAMED_CONTROLLERS[name]!r} now"
         raise ValueError(f"--controller: expected {', '.join(known)}, got {name!r}{why}")
     if name == "oracle" and world is not None:
         oracle = OracleController(world, config.robot)

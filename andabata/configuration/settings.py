@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from andabata.configuration.field_paths import likely_path
-from andabata.configuration.renamed_fields import new_name
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -77,9 +76,6 @@ def explain(error: ValidationError, kind: type[BaseModel] | None = None) -> str:
     first = error.errors()[0]
     name = ".".join(str(part) for part in first["loc"]) or "configuration"
     if first["type"] == "extra_forbidden":
-        renamed = new_name(name.split("."))
-        if renamed is not None:
-            return f"{name}: expected the field's name of this version, {renamed}, got the old one"
         likely = None if kind is None else likely_path(kind, name)
         hint = "check its spelling" if likely is None else f"did you mean {likely}?"
         return f"{name}: expected a known field, got this one; {hint}"

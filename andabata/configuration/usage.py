@@ -1,6 +1,6 @@
 """Texts of options to values, with errors that name the option."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import isfinite
 
 
@@ -8,16 +8,13 @@ class UsageError(ValueError):
     """Options that contradict each other, or a value that is not one of an option."""
 
 
-def words(
-    text: str, known: Sequence[str], option: str, renamed: Mapping[str, str] | None = None
-) -> tuple[str, ...]:
+def words(text: str, known: Sequence[str], option: str) -> tuple[str, ...]:
     """Return the comma-separated words of an option.
 
     Args:
         text: Value of the option.
         known: Words that the option takes.
         option: Name of the option, for the error.
-        renamed: Words of this version by those of older ones, for the error.
 
     Raises:
         UsageError: If there is no word, or one that is not in ``known``.
@@ -25,9 +22,7 @@ def words(
     found = tuple(word.strip() for word in text.split(",") if word.strip())
     for word in found:
         if word not in known:
-            now = (renamed or {}).get(word)
-            hint = f"; {word!r} is {now!r} now" if now else ""
-            raise UsageError(f"{option}: expected some of {', '.join(known)}, got {word!r}{hint}")
+            raise UsageError(f"{option}: expected some of {', '.join(known)}, got {word!r}")
     if not found:
         raise UsageError(f"{option}: expected some of {', '.join(known)}, got nothing")
     return found

@@ -83,7 +83,7 @@ class BagSurvey:
             diagnostics: Names of the topic that may hold the drive's settings.
 
         Raises:
-            BagError: If the recording is damaged, or an older version recorded its settings.
+            BagError: If the recording is damaged.
         """
         self.settings: dict[str, Any] = {}
         self.history = RowHistory()
@@ -96,8 +96,7 @@ class BagSurvey:
             if message.topic in names:
                 self._add(message, names[message.topic], decoder)
             elif not self.settings:
-                source = f"{bag.path}: {message.topic}"
-                self.settings = parse_settings(message.content, source)
+                self.settings = parse_settings(message.content)
 
     def _add(self, message: Message, topic: Topic, decoder: MessageDecoder) -> None:
         """Add a message of a sensor."""
@@ -237,8 +236,7 @@ def survey_bag(
         decoder: Decoder of the rows by which units are inferred.
 
     Raises:
-        BagError: If a needed sensor has no usable message, or an older version recorded the
-            settings.
+        BagError: If a needed sensor has no usable message.
     """
     wanted = [topic for topic in SensorDecoder(0, cloud).wanted if topic is not topics.GOAL]
     names = {n: t for n, t in topic_names(tuple(wanted), remapping).items() if n in bag.topics}

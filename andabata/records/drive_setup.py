@@ -96,8 +96,7 @@ def read_setup(
         extrinsics: Poses of the sensors; None for those that the frames' names imply.
 
     Raises:
-        BagError: If the recording holds neither a start nor the readings to estimate one, or an
-            older version recorded its settings.
+        BagError: If the recording holds neither a start nor the readings to estimate one.
         DatumError: If its fixes lie far from the datum that is given.
     """
     recorded = _read_recorded(bag, remapping)
@@ -132,9 +131,6 @@ def _read_recorded(bag: Bag, remapping: Remapping) -> DriveSetup | None:
     """Return the start, the settings and the datum that a recording holds, None without a start.
 
     A pose in a frame other than ``map`` is no start: the pose of that frame is unknown.
-
-    Raises:
-        BagError: If an older version recorded the settings.
     """
     names = topic_names(
         (topics.INITIAL_POSE, topics.FILTERED_ODOMETRY, topics.DIAGNOSTICS), remapping
@@ -149,7 +145,7 @@ def _read_recorded(bag: Bag, remapping: Remapping) -> DriveSetup | None:
                 start, epoch = pose_of(content.pose.pose), header_ns(content)
         elif topic is topics.DIAGNOSTICS:
             diagnostics += 1
-            settings = parse_settings(content, f"{bag.path}: {message.topic}") or settings
+            settings = parse_settings(content) or settings
             text = diagnostic_values(content).get(DATUM, "")
             if text.startswith("{"):
                 datum = Datum.from_dict(json.loads(text))

@@ -4,11 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import ValidationError
+
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.configuration.settings import explain
 from andabata.machine.proprioception import MICROTESLA
 from andabata.machine.robot import RobotModel
 from andabata.records.bag_survey import survey_bag
-from andabata.records.bags import Bag
+from andabata.records.bags import Bag, BagError
 from andabata.records.decoding.message_decoder import MessageDecoder
 from andabata.records.decoding.sensor_decoder import SensorDecoder
 from andabata.records.decoding.unit_inference import infer_units
@@ -96,8 +99,7 @@ def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> Recorde
     check_frames(bag, SensorDecoder(0, cloud, extrinsics=extrinsics), topics)
     robot = options.configure(SimulatedRobotConfig()).robot
     found = survey_bag(bag, cloud, topics, MessageDecoder(robot, UnitFactors(), remarks))
-    recorded = SimulatedRobotConfig.model_validate(found.settings.get("simulated_robot", {}))
-    config = options.configure(recorded)
+    config = options.configure(_recorded_config(bag, found.settings))
     factors = _factors(options.units, config.robot)
     given = given_geo_reference(options.configure)
     flux = magnetic_flux_density(bag, given, topics, config) * MICROTESLA
@@ -116,6 +118,22 @@ def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> Recorde
         skipped_pieces=skipped,
         message_counts=found.messages,
     )
+
+
+def _recorded_config(bag: Bag, settings: Mapping[str, Any]) -> SimulatedRobotConfig:
+    """Return the configuration that a recording holds, the default one without any.
+
+    Raises:
+        BagError: If it is none of this version.
+    """
+    try:
+        return SimulatedRobotConfig.model_validate(settings.get("simulated_robot", {}))
+    except ValidationError as error:
+        raise BagError(
+            f"{bag.path}: expected settings of this version in the diagnostics, got "
+            f"simulated_robot.{explain(error)}; record it again, replay it with the version that "
+            "recorded it, or replay a copy without this topic, with --controller and --set"
+        ) from error
 
 
 def _factors(units: Mapping[str, str], robot: RobotModel) -> dict[str, float]:

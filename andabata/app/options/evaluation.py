@@ -118,7 +118,7 @@ class OffroadEvaluationOptions:
             UnknownWorldError: If there is no such world.
             UsageError: If there is no such controller.
         """
-        from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
+        from andabata.assembly.controllers import CONTROLLERS
         from andabata.configuration.usage import words
         from andabata.evaluation.evaluate import EvaluationConfig
         from worlds.catalogue import UnknownWorldError, preset_names
@@ -136,7 +136,6 @@ class OffroadEvaluationOptions:
                 _OFFROAD_CONTROLLERS if driven.controllers is None else driven.controllers,
                 CONTROLLERS,
                 "--controllers",
-                RENAMED_CONTROLLERS,
             ),
             trials=_OFFROAD_TRIALS if driven.trials is None else driven.trials,
             goals=self.goals,

@@ -38,8 +38,7 @@ page.
 
 `--set a.b=c` overrides one setting of a command, `--config file.toml` several; the value is \
 TOML, or a plain word. A wrong path, unit or bound is refused with the path, the bound and the \
-value. Every run folder keeps its resolved settings in `run.json`. Old names of settings are \
-refused with the new ones.
+value. Every run folder keeps its resolved settings in `run.json`.
 
 """
 

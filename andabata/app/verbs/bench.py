@@ -270,14 +270,14 @@ def chain(
         andabata bench chain --set localizer=truth
     """
     from andabata.app.console import table_of
-    from andabata.assembly.controllers import MAPLESS_CONTROLLERS, RENAMED_CONTROLLERS
+    from andabata.assembly.controllers import MAPLESS_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.bench.chain import bench_chains, stage_table
     from andabata.configuration.settings import resolve
     from andabata.configuration.usage import words
     from andabata.machine.vehicle import Plant
 
-    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller", RENAMED_CONTROLLERS)[:1]
+    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller")[:1]
     given = settings.settings or []
     configs = [
         resolve(

@@ -77,13 +77,13 @@ def drive(
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60
     """
     from andabata.app.jobs.drive import DriveRequest, run_drive
-    from andabata.assembly.controllers import CONTROLLERS, RENAMED_CONTROLLERS
+    from andabata.assembly.controllers import CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.configuration.usage import UsageError, numbers, words
     from andabata.evaluation.drive import Recording
     from andabata.report.plots.film import FilmError, check_film
 
-    (name,) = words(controller, CONTROLLERS, "--controller", RENAMED_CONTROLLERS)[:1]
+    (name,) = words(controller, CONTROLLERS, "--controller")[:1]
     config = settings.resolve(SimulatedRobotConfig, robot.base())
     if clip is not None:
         try:

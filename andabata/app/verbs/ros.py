@@ -70,12 +70,12 @@ def navigator(
     """
     from andabata.app.live import run_navigator
     from andabata.app.replay_text import navigation_text
-    from andabata.assembly.controllers import MAPLESS_CONTROLLERS, RENAMED_CONTROLLERS
+    from andabata.assembly.controllers import MAPLESS_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.configuration.settings import with_parts
     from andabata.configuration.usage import numbers, words
 
-    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller", RENAMED_CONTROLLERS)[:1]
+    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller")[:1]
     console = output.console()
     data = run_navigator(
         name,

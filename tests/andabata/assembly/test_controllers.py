@@ -59,16 +59,14 @@ def test_controllers_drive_at_the_robots_speed(name):
     assert make_steering(name, None, CONFIG).controller.act(situation()).linear == 0.4
 
 
-def test_unknown_and_renamed_names_are_refused():
-    """Errors list the known names, say why there is no oracle, and name what replaced a name."""
+def test_unknown_names_are_refused():
+    """Errors list the known names, and say why there is no oracle."""
     with pytest.raises(
         ValueError, match=r"--controller: expected policy\+planner, .* got 'pilot'$"
     ):
         make_steering("pilot", None, CONFIG)
     with pytest.raises(ValueError, match="got 'oracle'; the oracle needs the true map"):
         make_steering("oracle", None, CONFIG)
-    with pytest.raises(ValueError, match=r"'straight\+map' is 'planner' now"):
-        make_steering("straight+map", None, CONFIG)
 
 
 def test_a_policy_controller_drives_the_models_policy():

@@ -14,12 +14,6 @@ def test_words_are_split_and_known():
         words(" , ", ("a", "b"), "--x")
 
 
-def test_a_renamed_word_is_refused_with_its_new_name():
-    """The error gives the word of this version."""
-    with pytest.raises(UsageError, match="got 'old'; 'old' is 'a' now"):
-        words("old", ("a", "b"), "--x", {"old": "a"})
-
-
 def test_numbers_are_finite_and_counted():
     """Exactly as many finite numbers as expected pass."""
     assert numbers("1, -2.5e1", 2, "--x") == (1.0, -25.0)

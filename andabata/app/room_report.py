@@ -21,7 +21,7 @@ from andabata.app.plots.rooms import (
 )
 from andabata.app.report import Report
 from andabata.app.room_folder import RoomFolder
-from andabata.evaluation.room_drives import RoomDrive, drive_tasks, drive_tour
+from andabata.evaluation.room_drives import RoomAttempt, drive_tasks, drive_tour
 from andabata.evaluation.room_moments import watch_cell
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
@@ -326,9 +326,9 @@ def _drivers(folder: RoomFolder, room: Room) -> dict[str, tuple[Policy, Cell]]:
     }
 
 
-def _drive_row(drive: RoomDrive) -> Row:
+def _drive_row(drive: RoomAttempt) -> Row:
     """Return the figures of a drive."""
-    return {"outcome": str(drive.outcome), "steps": drive.steps, "length_m": drive.length}
+    return {"outcome": str(drive.outcome), "steps": drive.detail.steps, "length_m": drive.distance}
 
 
 def _fixed_tasks(room: Room) -> list[RoomTask]:

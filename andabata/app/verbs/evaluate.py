@@ -62,13 +62,14 @@ def evaluate(
         andabata evaluate --task barn --controllers arcs,gap --trials 1
         andabata evaluate --task td3 --policy heading --rooms clutter-movers-7300
     """
-    from andabata.app.barn_evaluation import run_barn_evaluation
+    from andabata.app.barn_evaluation import barn_evaluation
     from andabata.app.barn_tables import barn_tables
     from andabata.app.evaluation_run import run_evaluation
-    from andabata.app.room_evaluation import run_room_evaluation
+    from andabata.app.offroad_evaluation import offroad_evaluation
+    from andabata.app.room_evaluation import room_evaluation
     from andabata.app.tables import evaluation_tables, room_tables
     from andabata.evaluation.barn import BarnEvaluationConfig
-    from andabata.evaluation.evaluate import EvaluationConfig
+    from andabata.evaluation.offroad import EvaluationConfig
     from andabata.evaluation.rooms import RoomEvaluationConfig
     from andabata.records.run_lock import locked_folder
 
@@ -81,7 +82,7 @@ def evaluate(
         refuse_options(task, (in_rooms,), " or ".join(ROOM_TASKS))
         fields = settings.resolve(BarnEvaluationConfig, barn.base(seed, driven, models.policy))
         with locked_folder(out), engine.make(console) as made:
-            data = run_barn_evaluation(fields, made, out, console)
+            data = run_evaluation(barn_evaluation(fields), made, out, console)
         console.result(data, barn_tables(data))
         return
     refuse_options(task, (in_fields,), BARN)
@@ -90,11 +91,12 @@ def evaluate(
         wanted = settings.resolve(RoomEvaluationConfig, rooms.base(task, seed))
         policies = models.load_policies(wanted.task)
         with locked_folder(out), engine.make(console) as made:
-            data = run_room_evaluation(wanted, policies, made, out, console)
+            data = run_evaluation(room_evaluation(wanted, policies), made, out, console)
         console.result(data, room_tables(data))
         return
     refuse_options(task, (in_rooms,))
     config = settings.resolve(EvaluationConfig, offroad.base(robot.base(), seed, driven))
     with locked_folder(out), engine.make(console) as made:
-        data = run_evaluation(config, models.load(), made, out, seed, console)
+        trials = offroad_evaluation(config, models.load(), seed, has_pictures=out is not None)
+        data = run_evaluation(trials, made, out, console)
     console.result(data, evaluation_tables(data["rows"]))

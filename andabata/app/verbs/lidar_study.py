@@ -42,7 +42,8 @@ def lidar_study(
         andabata lidar-study --lidar front-180 --pairs 50 --out data/runs/study
         andabata lidar-study --set forward=[0.02,0.04] --set turned=[] --json
     """
-    from andabata.app.room_evaluation import run_lidar_study
+    from andabata.app import room_evaluation
+    from andabata.app.evaluation_run import run_evaluation
     from andabata.app.room_words import lidar_word, room_words
     from andabata.app.tables import study_table
     from andabata.app.usage import UsageError
@@ -62,7 +63,7 @@ def lidar_study(
         }
     )
     console, config = output.console(), settings.resolve(LidarStudyConfig, base)
-    loaded = policies.load_policies(config.task)
+    study = room_evaluation.lidar_study(config, policies.load_policies(config.task))
     with locked_folder(out), engine.make(console) as made:
-        data = run_lidar_study(config, loaded, made, out, console)
+        data = run_evaluation(study, made, out, console)
     console.result(data, study_table(data["rows"]), data["advice"])

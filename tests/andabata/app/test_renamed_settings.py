@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from andabata.app.renamed_settings import RENAMED_FIELDS, new_name
 from andabata.app.settings import SettingsError, resolve
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
-from andabata.evaluation.evaluate import EvaluationConfig
+from andabata.evaluation.offroad import EvaluationConfig
 from andabata.tasks.offroad import OffroadConfig
 from andabata.training.plans import TrainingPlan
 from rl.actor_critic import ActorCriticConfig

@@ -1,0 +1,76 @@
+"""A benchmark of three worlds and one controller: a comparison, and what a registry needs of it."""
+
+from dataclasses import dataclass
+
+from andabata.evaluation.attempt import Attempt
+from andabata.evaluation.comparison import Driven
+from andabata.evaluation.table import (
+    Design,
+    Table,
+    by_contender,
+    by_scenario,
+    mean_difference,
+    share,
+    share_difference,
+)
+from andabata.machine.mover_contact import Contact
+from andabata.tasks.terminations import Outcome
+
+WORLDS = ("plain", "hill", "moor")
+"""Worlds of the benchmark; the moor is too wet to cross."""
+
+TOY_TABLE = Table(
+    by=by_contender,
+    design=Design(cluster=by_scenario, repeat=lambda attempt: attempt.repetition),
+    columns=(lambda sample: {"controller": sample.attempts[0].contender}, share()),
+    comparators=(share_difference("gain"), mean_difference("distance", lambda run: run.distance)),
+)
+
+
+@dataclass(frozen=True)
+class ToyComparison:
+    """Controllers in the worlds of the benchmark; a cell is a world.
+
+    Attributes:
+        controllers: Names of the controllers.
+        seed: Seed of nothing.
+    """
+
+    unit = "worlds"
+    journal = "toy.jsonl"
+
+    controllers: tuple[str, ...] = ("walker",)
+    seed: int = 0
+
+    @property
+    def about(self):
+        """Heading of the journal."""
+        return {"controllers": list(self.controllers), "seed": self.seed}
+
+    def cells(self):
+        """Return the worlds."""
+        return WORLDS
+
+    def label(self, cell):
+        """Return the name of a world."""
+        return f"the {cell}"
+
+    def drive(self, cell):
+        """Drive every controller through a world."""
+        attempts = tuple(_attempt(name, cell, len(cell)) for name in self.controllers)
+        return Driven(attempts, {f"maps/{cell}.txt": cell.encode()})
+
+    def encode(self, cell, attempts):
+        """Return the entry of a world."""
+        return {"world": cell, "distances": {each.contender: each.distance for each in attempts}}
+
+    def decode(self, entry):
+        """Return the world of an entry and its attempts."""
+        driven = entry["distances"].items()
+        return entry["world"], tuple(_attempt(name, entry["world"], far) for name, far in driven)
+
+
+def _attempt(name, world, distance):
+    """Return the attempt of a controller that never goes astray."""
+    outcome = Outcome.STUCK if world == "moor" else Outcome.GOAL
+    return Attempt(name, world, 0, outcome, Contact.NONE, 1.0, float(distance), 3.0, None)

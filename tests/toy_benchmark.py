@@ -2,6 +2,12 @@
 
 from dataclasses import dataclass
 
+from pydantic import BaseModel
+
+from andabata.app.console import table_of
+from andabata.app.evaluation_run import Evaluation
+from andabata.app.report import Report
+from andabata.app.report_folder import read_result
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.comparison import Driven
 from andabata.evaluation.table import (
@@ -74,3 +80,35 @@ def _attempt(name, world, distance):
     """Return the attempt of a controller that never goes astray."""
     outcome = Outcome.STUCK if world == "moor" else Outcome.GOAL
     return Attempt(name, world, 0, outcome, Contact.NONE, 1.0, float(distance), 3.0, None)
+
+
+class ToyConfig(BaseModel):
+    """Settings of the benchmark."""
+
+    controllers: tuple[str, ...] = ("walker",)
+    seed: int = 0
+
+
+def toy_evaluation(request):
+    """Return the evaluation of a request."""
+    config = request.settings.resolve(ToyConfig, ToyConfig(seed=request.seed))
+    comparison = ToyComparison(config.controllers, config.seed)
+
+    def tabulate(attempts, _):
+        return {"rows": TOY_TABLE.rows(attempts), "differences": TOY_TABLE.differences(attempts)}
+
+    return Evaluation("evaluate", config, config.seed, comparison, tabulate, {"task": "toy"})
+
+
+def toy_table(data):
+    """Return the table for people."""
+    return table_of(data["rows"])
+
+
+def report_toy(folder):
+    """Return a page about an evaluation, and its figures."""
+    data = read_result(folder, "evaluation.json", ("rows",))
+    page = Report("Toy", "Three worlds.")
+    page.section("Success", "Of all controllers.")
+    page.table(data["rows"])
+    return page, {"rows": data["rows"]}

@@ -3,7 +3,13 @@
 from collections.abc import Sequence
 from typing import Any
 
+from andabata.app.evaluation_options import (
+    BarnEvaluationOptions,
+    RoomPolicyOptions,
+    TrialOptions,
+)
 from andabata.app.evaluation_run import Evaluation
+from andabata.app.run_kinds import BARN, EvaluationRequest
 from andabata.engine import Engine
 from andabata.evaluation.barn import BarnComparison, BarnEvaluationConfig
 from andabata.evaluation.barn_table import BARN_TABLE, BarnAttempt, barn_failures
@@ -11,12 +17,20 @@ from andabata.evaluation.barn_table import BARN_TABLE, BarnAttempt, barn_failure
 _ABOUT = "light simulator: no place in a competition"
 
 
-def barn_evaluation(config: BarnEvaluationConfig) -> Evaluation:
+def barn_evaluation(request: EvaluationRequest) -> Evaluation:
     """Return the evaluation of navigators in fields of cylinders.
 
     Args:
-        config: Worlds, controllers and trials.
+        request: Worlds, controllers and trials.
+
+    Raises:
+        UsageError: If a value of an option is none.
+        BarnFileError: If a folder of worlds is not as the benchmark has it.
     """
+    given = request.given
+    driven, policies = given(TrialOptions), given(RoomPolicyOptions).policy
+    base = given(BarnEvaluationOptions).base(request.seed, driven, policies)
+    config = request.settings.resolve(BarnEvaluationConfig, base)
 
     def tabulate(runs: Sequence[BarnAttempt], _: Engine) -> dict[str, Any]:
         return {
@@ -28,5 +42,5 @@ def barn_evaluation(config: BarnEvaluationConfig) -> Evaluation:
             "official": config.official,
         }
 
-    comparison, about = BarnComparison(config), {"task": "barn"}
+    comparison, about = BarnComparison(config), {"task": BARN}
     return Evaluation("evaluate", config, config.seed, comparison, tabulate, about)

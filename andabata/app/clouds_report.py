@@ -4,7 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from andabata.app.columns import several
+from rich.table import Table
+
+from andabata.app.columns import several, spoken
+from andabata.app.console import table_of
 from andabata.app.plots.perception import labelled_figure, scan_figure
 from andabata.app.report import Fact, Report
 from andabata.app.report_folder import read_about
@@ -110,3 +113,8 @@ def _fact(row: Row) -> Fact:
     """Return the size of a split."""
     text = f"of {row['worlds']} worlds, {row['points']:.0f} points each"
     return Fact(row["split"], several(row["clouds"], "cloud").lower(), text)
+
+
+def splits_table(data: Row) -> Table:
+    """Return the table of the splits for people."""
+    return table_of([spoken(row) for row in data["splits"]])

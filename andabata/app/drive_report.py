@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.table import Table
 
-from andabata.app.columns import word
+from andabata.app.columns import spoken, word
+from andabata.app.console import table_of
 from andabata.app.plots.drive_traces import (
     Trace,
     headings_figure,
@@ -226,3 +228,12 @@ def _last_scan(page: Report, run: DriveRun) -> None:
 def _without_paths(run: DriveRun) -> Row:
     """Return a drive without its long lists."""
     return {k: v for k, v in run.data.items() if k not in ("path", "walkers", "trace")}
+
+
+_TOLD = ("drive", "goal", "outcome", "time_s", "distance_m", "spl")
+"""Columns of an attempt that a terminal has room for."""
+
+
+def goals_table(data: Row) -> Table:
+    """Return the table of the attempts for people."""
+    return table_of([spoken(row, _TOLD) for row in data["goals"]])

@@ -3,31 +3,40 @@
 from collections.abc import Sequence
 from typing import Any
 
+from andabata.app.evaluation_options import (
+    EvaluationModelOptions,
+    OffroadEvaluationOptions,
+    TrialOptions,
+)
 from andabata.app.evaluation_run import Evaluation
+from andabata.app.options import RobotOptions
 from andabata.app.plots.drives import failure_picture
+from andabata.app.run_kinds import OFFROAD, EvaluationRequest
 from andabata.engine import Engine
 from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
 from andabata.evaluation.offroad_table import failure_causes, summarise
 from andabata.evaluation.trial import OffroadAttempt
-from andabata.models import Models
 
 
-def offroad_evaluation(
-    config: EvaluationConfig, models: Models, seed: int, has_pictures: bool
-) -> Evaluation:
-    """Return the evaluation of controllers off-road.
+def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
+    """Return the evaluation of controllers off-road, with pictures of failures in its folder.
 
     Args:
-        config: Worlds, trials and controllers.
-        models: Classifiers and policy.
-        seed: Seed of the command.
-        has_pictures: True to draw failures, for a folder.
+        request: Worlds, trials, controllers and models.
+
+    Raises:
+        UsageError: If a value of an option is none.
     """
+    given = request.given
+    robot, driven = given(RobotOptions).base(), given(TrialOptions)
+    base = given(OffroadEvaluationOptions).base(robot, request.seed, driven)
+    config = request.settings.resolve(EvaluationConfig, base)
+    models = given(EvaluationModelOptions).load()
 
     def tabulate(attempts: Sequence[OffroadAttempt], _: Engine) -> dict[str, Any]:
         rows = summarise(attempts, config.controllers)
         return {"rows": rows, "failures": failure_causes(attempts)}
 
-    draw = failure_picture if has_pictures else None
+    draw = failure_picture if request.has_folder else None
     comparison = OffroadComparison.of(config, models, draw)
-    return Evaluation("evaluate", config, seed, comparison, tabulate, {"task": "offroad"})
+    return Evaluation("evaluate", config, request.seed, comparison, tabulate, {"task": OFFROAD})

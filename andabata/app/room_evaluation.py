@@ -3,8 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from andabata.app.evaluation_options import RoomEvaluationOptions, RoomPolicyOptions
 from andabata.app.evaluation_run import Evaluation
 from andabata.app.room_folder import about_policies, policy_files
+from andabata.app.run_kinds import EvaluationRequest
 from andabata.engine import Engine
 from andabata.evaluation.lidar_study import LidarStudyConfig, tabulate_study
 from andabata.evaluation.room_drives import RoomAttempt
@@ -12,7 +14,22 @@ from andabata.evaluation.rooms import RoomComparison, RoomEvaluationConfig, tabu
 from rl.policy import Policy
 
 
-def room_evaluation(config: RoomEvaluationConfig, policies: Mapping[str, Policy]) -> Evaluation:
+def room_evaluation(request: EvaluationRequest) -> Evaluation:
+    """Return the evaluation of policies in rooms.
+
+    Args:
+        request: Rooms, lasers, memories, pairs and policies.
+
+    Raises:
+        UsageError: If a value of an option is none.
+        ValueError: If a policy cannot drive in rooms.
+    """
+    base = request.given(RoomEvaluationOptions).base(request.task, request.seed)
+    config = request.settings.resolve(RoomEvaluationConfig, base)
+    return policy_evaluation(config, request.given(RoomPolicyOptions).load_policies(config.task))
+
+
+def policy_evaluation(config: RoomEvaluationConfig, policies: Mapping[str, Policy]) -> Evaluation:
     """Return the evaluation of policies in rooms.
 
     Args:

@@ -7,8 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.table import Table
 
 from andabata.app.columns import several
+from andabata.app.console import table_of
 from andabata.app.plots.room_curves import LearningCurves, learning_curves_figure
 from andabata.app.plots.rooms import trajectories_figure
 from andabata.app.report import Report
@@ -361,3 +363,8 @@ def _chosen_drives(run: TrainingRun) -> Mapping[str, list[RoomAttempt]]:
         one = task.unseen.model_copy(update={"rooms": (name,)})
         found[name] = drive_tasks(policy, one, make_room(name).tasks)
     return found
+
+
+def groups_table(data: Row) -> Table:
+    """Return the table of the actors for people."""
+    return table_of(group_table(data["groups"]))

@@ -5,8 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.table import Table
 
 from andabata.app.columns import several
+from andabata.app.console import table_of
 from andabata.app.plots.room_curves import SuccessCurves, success_figure
 from andabata.app.plots.rooms import trajectories_figure
 from andabata.app.report import Fact, Report
@@ -228,3 +230,8 @@ def _shown_drives(
         )
         for room in rooms
     }, rooms
+
+
+def groups_table(data: Row) -> Table:
+    """Return the table of the plans for people."""
+    return table_of(success_table(data["groups"]))

@@ -6,7 +6,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from rich.table import Table
 
+from andabata.app.columns import spoken
+from andabata.app.console import table_of
 from andabata.app.plots.drives import sights_figure, tests_figure, world_figure
 from andabata.app.plots.training import learning_figure, rewards_figure
 from andabata.app.report import Fact, Report
@@ -297,3 +300,8 @@ def _tests(
         figure = tests_figure(world, drives, title)
         caption = f"Tests {title} (Fig. 14, 16)"
         page.figure(figure, f"tests-{stage}", caption, drawn=True, light=True)
+
+
+def tests_table(data: Row) -> Table:
+    """Return the table of the test drives for people."""
+    return table_of([spoken(row) for row in data["tests"]])

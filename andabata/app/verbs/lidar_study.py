@@ -66,4 +66,4 @@ def lidar_study(
     study = room_evaluation.lidar_study(config, policies.load_policies(config.task))
     with locked_folder(out), engine.make(console) as made:
         data = run_evaluation(study, made, out, console)
-    console.result(data, study_table(data["rows"]), data["advice"])
+    console.result(data, study_table(data), data["advice"])

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from andabata.app.command import command
+from andabata.app.command import Given, command
 from andabata.app.options import (
     ClassifierOptions,
     ConsoleOptions,
@@ -14,7 +14,8 @@ from andabata.app.options import (
     Seed,
     SettingsOptions,
 )
-from andabata.app.task_options import OFFROAD, TaskName, check_task, refuse_options
+from andabata.app.run_kinds import OFFROAD, kind_of_task, refuse_foreign
+from andabata.app.task_options import TaskName
 from andabata.app.training_options import TrainingOptions
 
 
@@ -45,9 +46,7 @@ def train(
     from andabata.app.tables import training_text
     from andabata.app.training_runs import runs_summary, train_seeds
 
-    check_task(task)
-    if task != OFFROAD:
-        refuse_options(task, ((robot, RobotOptions), (models, ClassifierOptions)))
+    refuse_foreign(kind_of_task("train", task), task, Given(robot, models))
     plan, console = training.plan(task, robot, settings), output.console()
     stages = training.chosen(plan)
     with engine.make(console) as made:

@@ -2,7 +2,7 @@
 
 from andabata.app.console import Console
 from andabata.app.evaluation_run import run_evaluation
-from andabata.app.room_evaluation import room_evaluation
+from andabata.app.room_evaluation import policy_evaluation
 from andabata.app.room_folder import RoomFolder
 from andabata.engine import SerialEngine
 from andabata.evaluation.room_table import Cell
@@ -16,7 +16,7 @@ def test_policies_keep_their_drives_whatever_their_names(tmp_path):
     config = RoomEvaluationConfig(
         rooms=("spn-env0",), lidars=("ten-beams",), memories=("reactive",), pairs=2
     )
-    made = room_evaluation(config, policies)
+    made = policy_evaluation(config, policies)
     run_evaluation(made, SerialEngine(), tmp_path, Console(quiet=True))
     folder = RoomFolder(tmp_path)
     assert list(folder.policies) == ["walker", "arrow"]

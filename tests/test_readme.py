@@ -25,7 +25,7 @@ from andabata.bench.train_models import commands
 from andabata.configuration.settings import SettingsError, resolve
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.barn import BarnEvaluationConfig
-from andabata.evaluation.evaluate import EvaluationConfig
+from andabata.evaluation.offroad import EvaluationConfig
 from andabata.evaluation.rooms import RoomEvaluationConfig
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.training.distillation import DistillationConfig

@@ -14,16 +14,56 @@ dataclass whose fields are options, stands for all of its fields::
 
 The command has the options ``--json`` and ``--quiet``, and ``show`` is called with
 ``output=ConsoleOptions(as_json=..., quiet=...)``.
+
+A parameter of ``Annotated[Given, OptionGroups(...)]`` stands for several groups, which a registry
+names.
 """
 
 import inspect
 from collections.abc import Callable
-from dataclasses import is_dataclass
+from dataclasses import dataclass, is_dataclass
 from functools import wraps
-from typing import Any
+from typing import Any, TypeVar
 
 EXAMPLES = "Examples:"
 """First line of the block of a docstring that shows command lines, one a line."""
+
+
+Group = TypeVar("Group")
+
+
+class Given:
+    """Groups of options as they were given."""
+
+    def __init__(self, *groups: object) -> None:
+        """Take values of groups."""
+        self._groups = groups
+
+    def __call__(self, group: type[Group]) -> Group:
+        """Return the value of a group, which may be that of one that holds it.
+
+        Raises:
+            KeyError: If the command has no such group.
+        """
+        for value in self._groups:
+            if isinstance(value, group):
+                return value
+        raise KeyError(group.__name__)
+
+    def __or__(self, others: "Given") -> "Given":
+        """Return the groups of both."""
+        return Given(*self._groups, *others._groups)
+
+
+@dataclass(frozen=True)
+class OptionGroups:
+    """Groups that one parameter of a command stands for.
+
+    Attributes:
+        groups: Groups in the order of their options.
+    """
+
+    groups: tuple[type, ...]
 
 
 def command(function: Callable[..., None]) -> Callable[..., None]:
@@ -32,23 +72,19 @@ def command(function: Callable[..., None]) -> Callable[..., None]:
     Args:
         function: Command whose parameters are options, arguments or groups of options.
     """
-    groups = {
-        name: group
-        for name, group in inspect.get_annotations(function).items()
-        if isinstance(group, type) and is_dataclass(group)
-    }
+    annotations = inspect.get_annotations(function)
+    groups = {name: found for name, each in annotations.items() if (found := _groups(each))}
     parameters: list[inspect.Parameter] = []
     for parameter in inspect.signature(function).parameters.values():
-        group = groups.get(parameter.name)
-        parameters += _parameters(group) if group else [parameter]
+        mine = groups.get(parameter.name, ())
+        parameters += [each for group in mine for each in _parameters(group)] or [parameter]
 
     @wraps(function)
     def run(**values: Any) -> None:  # noqa: ANN401 - options are of any type.
-        built = {
-            name: group(**{each.name: values.pop(each.name) for each in _parameters(group)})
-            for name, group in groups.items()
-        }
-        function(**values, **built)
+        built = {name: [_built(group, values) for group in mine] for name, mine in groups.items()}
+        for name, some in built.items():
+            values[name] = some[0] if is_dataclass(annotations[name]) else Given(*some)
+        function(**values)
 
     # Options are named, so their order is free of Python's rule on defaults.
     parameters = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in parameters]
@@ -72,6 +108,19 @@ def help_text(docstring: str) -> str:
         # A backspace, which is not shown, keeps line breaks and indents in all versions of typer.
         paragraphs.append("\n".join(f"\b{line}" for line in [EXAMPLES, *block.splitlines()]))
     return "\n\n".join(paragraphs)
+
+
+def _groups(annotation: Any) -> tuple[type, ...]:  # noqa: ANN401 - any annotation.
+    """Return the groups that a parameter stands for, none for an option."""
+    if isinstance(annotation, type) and is_dataclass(annotation):
+        return (annotation,)
+    several = (each for each in getattr(annotation, "__metadata__", ()))
+    return next((each.groups for each in several if isinstance(each, OptionGroups)), ())
+
+
+def _built(group: type, values: dict[str, Any]) -> Any:  # noqa: ANN401 - a value of the group.
+    """Return the value of a group, whose options are taken out of all values."""
+    return group(**{each.name: values.pop(each.name) for each in _parameters(group)})
 
 
 def _parameters(group: type) -> list[inspect.Parameter]:

@@ -54,8 +54,9 @@ def _ending(attempt: Data) -> str:
     return f"{outcome} ({contact})" if contact and outcome == "collision" else outcome
 
 
-def evaluation_tables(rows: Sequence[Data]) -> Group:
-    """Return a table for each world of an evaluation."""
+def evaluation_tables(data: Data) -> Group:
+    """Return a table for each world of an evaluation off-road."""
+    rows = data["rows"]
     return Group(*(_evaluation_table(rows, name) for name in dict.fromkeys(_worlds(rows))))
 
 
@@ -178,8 +179,9 @@ def _points(row: Data) -> str:
     return f"{mean:+.1f} ({low:+.1f} to {high:+.1f})"
 
 
-def study_table(rows: Sequence[Data]) -> "Table":
+def study_table(data: Data) -> "Table":
     """Return the table of a study of a laser; differences are in points of success."""
+    rows = data["rows"]
     shown = [
         {
             "laser": row["text"],

@@ -1,12 +1,13 @@
 """Views of what was kept: recordings, drives, and evaluations in rooms."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol
 
 from andabata.app.console import Console
+from andabata.app.run_kinds import known_kind
 from andabata.configuration.usage import UsageError
 from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.records.containers.opening import is_recording
@@ -14,15 +15,11 @@ from andabata.replay.options import ReplayOptions
 from andabata.replay.replay import replay_bag
 from andabata.report.folder import RunFolderError
 from andabata.report.room_folder import RoomFolder
-from andabata.tasks.registration import ROOM_TASK_NAMES
 from andabata.viewer.options import ViewConfig
 from andabata.viewer.recorded_drive import RecordedDriveView, RecordedPath
 from andabata.viewer.replayed import ReplayPage, ReplayView
 from andabata.viewer.room_choices import BarnChoices, CellChoices, DriveChoices
 from andabata.viewer.room_view import RoomView
-
-_BARN_FIELDS = ("worlds", "controllers", "vehicle", "rules")
-"""Settings by which an evaluation is known as one of BARN."""
 
 
 class Playing(Protocol):
@@ -102,21 +99,53 @@ def _view_of(
 ) -> Playing:
     """Return the view of a run folder."""
     about = _about(folder)
-    verb, settings = about.get("verb"), about.get("config", {})
-    if verb == "drive":
-        _choose(first, {})
-        return RecordedDriveView(RecordedPath.read(folder), config, console.status)
-    choices: DriveChoices
+    kind = known_kind(about)
+    if kind is None or not kind.view:
+        raise RunFolderError(
+            f"{folder}: expected a run of drive, evaluate --task spn, td3 or barn, or "
+            f"lidar-study, got one of {about.get('verb')}; `andabata report` shows training runs"
+        )
+    view: Playing = kind.function("view")(folder, config, first, console)
+    return view
+
+
+def drive_view(
+    folder: Path, config: ViewConfig, first: Mapping[str, str], console: Console
+) -> Playing:
+    """Return the view of a drive; see ``view_folder`` for the arguments."""
+    _choose(first, {})
+    return RecordedDriveView(RecordedPath.read(folder), config, console.status)
+
+
+def room_view(
+    folder: Path, config: ViewConfig, first: Mapping[str, str], console: Console
+) -> Playing:
+    """Return the view of an evaluation in rooms; see ``view_folder`` for the arguments."""
+    return _driven_again(folder, lambda: CellChoices(RoomFolder(folder)), config, first, console)
+
+
+def barn_view(
+    folder: Path, config: ViewConfig, first: Mapping[str, str], console: Console
+) -> Playing:
+    """Return the view of an evaluation in fields; see ``view_folder`` for the arguments."""
+    settings = _about(folder).get("config", {})
+
+    def choices() -> DriveChoices:
+        return BarnChoices(BarnEvaluationConfig.model_validate(settings))
+
+    return _driven_again(folder, choices, config, first, console)
+
+
+def _driven_again(
+    folder: Path,
+    load: Callable[[], DriveChoices],
+    config: ViewConfig,
+    first: Mapping[str, str],
+    console: Console,
+) -> Playing:
+    """Return the view of drives that are driven again."""
     try:
-        if about.get("task") in ROOM_TASK_NAMES:
-            choices = CellChoices(RoomFolder(folder))
-        elif verb == "evaluate" and all(name in settings for name in _BARN_FIELDS):
-            choices = BarnChoices(BarnEvaluationConfig.model_validate(settings))
-        else:
-            raise RunFolderError(
-                f"{folder}: expected a run of drive, evaluate --task spn, td3 or barn, or "
-                f"lidar-study, got one of {verb}; `andabata report` shows training runs"
-            )
+        choices = load()
         chosen = _choose(first, choices.choices)
         console.status("driving it again ...")
         return RoomView(choices, config, chosen, console.status)

@@ -9,23 +9,25 @@ the largest speed earns the full score, ``uncapped`` stands beside it: success x
 
 import hashlib
 import zlib
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.engine import Engine, SerialEngine
+from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.barn_navigators import BARN_NAVIGATORS, barn_navigator
-from andabata.evaluation.barn_table import BarnRun
+from andabata.evaluation.barn_table import BarnAttempt, BarnMeasures, run_of, run_row
+from andabata.evaluation.comparison import Attempts, Driven
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.planar.readings import PlanarReadings
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
 from andabata.runs.folder import commit
-from andabata.runs.journal import Journal
+from andabata.runs.journal import Entry
 from andabata.tasks.rooms.planar_drive import (
     BARN_LIDAR,
     DriveResult,
@@ -33,6 +35,7 @@ from andabata.tasks.rooms.planar_drive import (
     SimulatedPlanarRobot,
     drive_to_goal,
 )
+from andabata.tasks.terminations import Outcome
 from worlds.rooms.barn import NARROW, PUBLISHED, BarnWorld, barn_world
 from worlds.sdf.barn import BarnFile, barn_files, read_barn_world
 
@@ -47,9 +50,6 @@ ALL_WORLDS, EVERY = 300, 6
 
 FIRST_JUDGING = 100_000
 """Seed of the first generated world that judges; smaller ones are for tuning."""
-
-OnWorld = Callable[[str, list[BarnRun] | None], None]
-"""Function that takes a world and its runs, None for a world that stood in the journal."""
 
 
 class BarnEvaluationConfig(BaseModel):
@@ -123,35 +123,75 @@ def load_world(config: BarnEvaluationConfig, name: str) -> BarnWorld:
     return read_barn_world(file)
 
 
-def drive_world(config: BarnEvaluationConfig, name: str) -> list[BarnRun]:
-    """Return the runs of all controllers in one world; a trial has the same noise for all.
+@dataclass(frozen=True)
+class BarnComparison:
+    """Navigators by the rules of BARN; a cell is a world, which every navigator drives.
 
-    Raises:
-        SdfError: If a world file is none.
-        BarnFileError: If a path file is none.
+    Attributes:
+        config: Settings.
     """
-    world = load_world(config, name)
-    return [
-        drive_barn_run(config, world, name, controller, trial)
-        for controller in config.controllers
-        for trial in range(config.trials)
-    ]
+
+    unit: ClassVar[str] = "worlds"
+    journal: ClassVar[str] = "worlds.jsonl"
+
+    config: BarnEvaluationConfig
+
+    @property
+    def about(self) -> Entry:
+        """Heading of the journal; with worlds and policies of files goes what was in them."""
+        config = self.config
+        about: Entry = {"config": config.model_dump(mode="json"), "commit": commit()}
+        if config.worlds != GENERATED:
+            about["files"] = {file.name: _digest(file) for file in _files(config)}
+        if config.policy is not None:
+            about["policy"] = hashlib.sha256(config.policy.read_bytes()).hexdigest()
+        return about
+
+    def cells(self) -> Sequence[str]:
+        """Return the names of the worlds."""
+        return world_names(self.config)
+
+    def label(self, cell: str) -> str:
+        """Return the name of a world."""
+        return cell
+
+    def drive(self, cell: str) -> Driven:
+        """Drive all runs of a world, by controller; a trial has the same noise for all."""
+        world = load_world(self.config, cell)
+        return Driven(
+            tuple(
+                drive_barn_run(self.config, world, cell, controller, trial)
+                for controller in self.config.controllers
+                for trial in range(self.config.trials)
+            )
+        )
+
+    def encode(self, cell: str, attempts: Attempts) -> Entry:
+        """Return the entry of a world: its name and its runs."""
+        return {"world": cell, "runs": [run_row(attempt) for attempt in attempts]}
+
+    def decode(self, entry: Entry) -> tuple[str, Attempts]:
+        """Return the world of an entry and its runs."""
+        return entry["world"], tuple(map(run_of, entry["runs"]))
 
 
 def drive_barn_run(
     config: BarnEvaluationConfig, world: BarnWorld, name: str, controller: str, trial: int
-) -> BarnRun:
+) -> BarnAttempt:
     """Return one run; see ``drive_path`` for the arguments."""
     result = drive_path(config, world, name, controller, trial)
-    return BarnRun(
-        controller=controller,
-        world=name,
-        trial=trial,
+    measures = BarnMeasures(world.optimal_time, result.left, result.speed)
+    return Attempt(
+        contender=controller,
+        scenario=name,
+        repetition=trial,
         outcome=result.outcome,
+        contact=Contact.OBSTACLE if result.outcome is Outcome.COLLISION else Contact.NONE,
         time=round(result.time, 6),
-        optimal_time=world.optimal_time,
-        left=result.left,
-        speed=result.speed,
+        distance=float(np.hypot(*np.diff(result.path[:, :2], axis=0).T).sum()),
+        shortest=np.nan,
+        detail=measures,
+        path=result.path,
     )
 
 
@@ -185,50 +225,6 @@ def drive_path(
     draws = np.random.default_rng([*key, 1])
     navigator = barn_navigator(controller, believed, config.lidar, draws, config.policy)
     return drive_to_goal(navigator, robot, task, config.rules, on_readings)
-
-
-def evaluate_barn(
-    config: BarnEvaluationConfig,
-    engine: Engine | None = None,
-    journal: Path | None = None,
-    on_world: OnWorld | None = None,
-) -> list[BarnRun]:
-    """Drive all worlds and return the runs, by world, controller and trial.
-
-    Args:
-        config: Settings.
-        engine: Engine that runs the worlds, on which the result does not depend; None for this
-            process.
-        journal: JSON-lines file to which the runs of finished worlds are appended; worlds that
-            stand in it are not driven again, so that a killed evaluation goes on where it was, by
-            the same code.
-        on_world: Function that is called with each world and its runs, before it counts as
-            finished; at once for each world of the journal.
-
-    Raises:
-        ValueError: If the journal belongs to another evaluation, a folder or file is not as the
-            benchmark has it, or a policy is none that drives here.
-        OSError: If the file of a policy cannot be read.
-    """
-    names = world_names(config)
-    about: dict[str, Any] = {"config": config.model_dump(mode="json"), "commit": commit()}
-    if config.worlds != GENERATED:
-        about["files"] = {file.name: _digest(file) for file in _files(config)}
-    if config.policy is not None:
-        about["policy"] = hashlib.sha256(config.policy.read_bytes()).hexdigest()
-    kept = Journal(journal, about)
-    done = {entry["world"]: entry["runs"] for entry in kept.entries}
-    found = {name: [BarnRun.from_json(run) for run in runs] for name, runs in done.items()}
-    if on_world is not None:
-        for name in found:
-            on_world(name, None)
-    missing = [name for name in names if name not in found]
-    for _, name, runs in (engine or SerialEngine()).run(partial(drive_world, config), missing):
-        found[name] = runs
-        if on_world is not None:
-            on_world(name, runs)
-        kept.append({"world": name, "runs": [run.to_json() for run in runs]})
-    return [run for name in names for run in found[name]]
 
 
 def _digest(file: BarnFile) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.drive_trace import DriveTrace
-from andabata.evaluation.trial import GoalAttempt, Operator, run_trial
+from andabata.evaluation.trial import OffroadAttempt, Operator, run_trial
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.navigator import StepResult
@@ -51,7 +51,7 @@ class Driven:
     world: World
     task: Task
     controller: str
-    attempts: tuple[GoalAttempt, ...]
+    attempts: tuple[OffroadAttempt, ...]
     cloud: PointCloud | None
     walkers: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 5)))
     trace: dict[str, Any] | None = None
@@ -81,15 +81,15 @@ class Driven:
             and len(self.attempts) == len(self.task.goals),
             "attempts": [
                 {
-                    "goal": attempt.goal,
+                    "goal": attempt.detail.goal,
                     "outcome": str(attempt.outcome),
                     "contact": attempt.contact.label,
                     "time_s": attempt.time,
                     "distance_m": attempt.distance,
                     "shortest_m": attempt.shortest,
                     "spl": attempt.spl,
-                    "trespass_m": attempt.forbidden_distance,
-                    "min_clearance_m": attempt.min_clearance,
+                    "trespass_m": attempt.detail.forbidden_distance,
+                    "min_clearance_m": attempt.detail.min_clearance,
                 }
                 for attempt in self.attempts
             ],

@@ -5,31 +5,37 @@ pairs. Zhang et al. (arXiv 2010.10209, section IV-C) compare two poses so, witho
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from statistics import NormalDist
-from typing import Any, Literal, NamedTuple, Self
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from andabata.engine import Engine
-from andabata.evaluation.room_table import CellResult
-from andabata.evaluation.rooms import OnCell, RoomEvaluationConfig, drive_cells
-from andabata.evaluation.statistics import (
-    Z95,
-    Difference,
-    clustered_interval,
-    paired_difference,
+from andabata.evaluation.comparison import run_comparison
+from andabata.evaluation.room_drives import RoomAttempt
+from andabata.evaluation.rooms import RoomComparison, RoomEvaluationConfig
+from andabata.evaluation.statistics import Difference, paired_difference
+from andabata.evaluation.table import (
+    Design,
+    Row,
+    Sample,
+    Table,
+    by_contender,
+    by_task,
+    counts,
+    is_success,
+    pair,
+    share,
+    share_difference,
 )
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.navigation.planar.lidar_map import LidarMapConfig
 from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
 from rl.policy import Policy
-
-Row = dict[str, Any]
 
 DEVELOPMENT = tuple(f"random-{k}" for k in range(7300, 7308))
 """Random rooms to develop in: nothing is trained in them, nor judged."""
@@ -164,11 +170,7 @@ class LidarStudy(NamedTuple):
 
 
 def study_lidar(
-    config: LidarStudyConfig,
-    policies: Mapping[str, Policy],
-    engine: Engine | None = None,
-    journal: Path | None = None,
-    on_cell: OnCell | None = None,
+    config: LidarStudyConfig, policies: Mapping[str, Policy], engine: Engine | None = None
 ) -> LidarStudy:
     """Drive every laser of a study and compare each with the laser as it is.
 
@@ -177,18 +179,27 @@ def study_lidar(
         policies: Policies by name, such as several seeds.
         engine: Engine that runs the cells, on which the result does not depend; None for this
             process.
-        journal: Journal of the drives; see ``drive_cells``.
-        on_cell: Function that is called with each cell and its drives.
 
     Raises:
-        ValueError: As ``drive_cells``.
+        ValueError: If a policy cannot drive in rooms, or a room has none of the tasks.
     """
-    results = drive_cells(config.cells, policies, engine, journal, on_cell)
-    driven = [(change, _Drives.of(results, change, policies)) for change in config.changes]
+    attempts = run_comparison(RoomComparison.of(config.cells, policies), engine=engine)
+    return tabulate_study(config, attempts)
+
+
+def tabulate_study(config: LidarStudyConfig, attempts: Sequence[RoomAttempt]) -> LidarStudy:
+    """Return the rows of a study and its advice.
+
+    Args:
+        config: Settings.
+        attempts: Attempts of the cells of the study.
+    """
+    samples = {each.attempts[0].detail.lidar: each for each in _TABLE.samples(attempts)}
+    driven = [(change, samples[change.lidar.label]) for change in config.changes]
     base = driven[0][1]
-    poses = [(change, drives.successes) for change, drives in driven if change.name in POSES]
-    rows = [_row(change, drives, base) for change, drives in driven]
-    return LidarStudy(rows, mounting_advice(base.successes, poses))
+    poses = [(change, _successes(base, each)) for change, each in driven if change.name in POSES]
+    rows = [_row(change, sample, base) for change, sample in driven]
+    return LidarStudy(rows, mounting_advice(_successes(base, base), poses))
 
 
 def mounting_advice(
@@ -226,79 +237,55 @@ def _points(gain: Difference) -> str:
     return f"{100 * gain.mean:+.1f} points ({100 * gain.low:+.1f} to {100 * gain.high:+.1f})"
 
 
-class _Drives(NamedTuple):
-    """Drives of a laser.
-
-    Attributes:
-        outcomes: Outcome of each, shape (policies, tasks), rooms one after the other.
-        rooms: Room of each task, shape (tasks,).
-    """
-
-    outcomes: NDArray[np.str_]
-    rooms: NDArray[np.str_]
-
-    @property
-    def successes(self) -> NDArray[np.bool_]:
-        """True where the goal was reached, shape (policies, tasks)."""
-        return self.outcomes == str(Outcome.GOAL)
-
-    @classmethod
-    def of(
-        cls, results: Sequence[CellResult], change: LidarChange, policies: Mapping[str, Policy]
-    ) -> "_Drives":
-        """Return the drives of a laser."""
-        mine = [result for result in results if result.cell.lidar == change.lidar.label]
-        outcomes = [
-            [str(end) for result in mine if result.cell.policy == name for end in result.outcomes]
-            for name in policies
-        ]
-        first = next(iter(policies))
-        rooms = [
-            result.cell.room
-            for result in mine
-            if result.cell.policy == first
-            for _ in result.outcomes
-        ]
-        return cls(np.array(outcomes), np.array(rooms))
+def _successes(base: Sample, sample: Sample) -> NDArray[np.bool_]:
+    """Return True where the goal was reached, shape (policies, tasks), tasks as of the base."""
+    return pair(base, sample, is_success)[1] > 0
 
 
-def _row(change: LidarChange, drives: _Drives, base: _Drives) -> Row:
+def _ends(sample: Sample) -> Row:
+    """Return how many drives there were and how they ended."""
+    return {"trials": len(sample.attempts), "successes": sample.count(is_success)}
+
+
+_TABLE = Table(
+    by=lambda attempt: attempt.detail.lidar,
+    design=Design(cluster=by_task, repeat=by_contender),
+    columns=(
+        _ends,
+        counts(collisions=Outcome.COLLISION, timeouts=Outcome.TIMEOUT),
+        share(),
+    ),
+)
+"""Rows of lasers, all rooms and policies together."""
+
+_GAIN = share_difference("difference")
+
+
+def _row(change: LidarChange, sample: Sample, base: Sample) -> Row:
     """Return the row of a laser; of the one as it is without differences."""
-    reached, ends = drives.successes, drives.outcomes
-    low, high = clustered_interval(reached)
-    row: Row = {
+    about: Row = {
         "change": change.name,
         "value": change.value,
         "unit": change.unit,
         "text": change.text,
         "lidar": change.lidar.label,
-        "trials": reached.size,
-        "successes": int(reached.sum()),
-        "collisions": int((ends == str(Outcome.COLLISION)).sum()),
-        "timeouts": int((ends == str(Outcome.TIMEOUT)).sum()),
-        "success_rate": float(reached.mean()),
-        "success_low": low,
-        "success_high": high,
-        "difference": None,
-        "difference_low": None,
-        "difference_high": None,
-        "by_room": {},
     }
-    if change.name == AS_IT_IS:
-        return row
-    gain = paired_difference(base.successes, reached, Z95)
-    rooms = dict.fromkeys(drives.rooms.tolist())
-    return row | {
-        "difference": gain.mean,
-        "difference_low": gain.low,
-        "difference_high": gain.high,
-        "by_room": {
-            room: paired_difference(
-                base.successes[:, base.rooms == room], reached[:, drives.rooms == room]
-            ).mean
-            for room in rooms
-        },
-    }
+    gain: Row = dict.fromkeys(("difference", "difference_low", "difference_high"))
+    rooms: Row = {}
+    if change.name != AS_IT_IS:
+        gain, rooms = _GAIN(base, sample), _by_room(base, sample)
+    return about | _TABLE.row(sample) | gain | {"by_room": rooms}
+
+
+def _by_room(base: Sample, sample: Sample) -> dict[str, float]:
+    """Return the difference in success in each room."""
+    rooms = dict.fromkeys(attempt.scenario for attempt in sample.attempts)
+    return {room: _GAIN(_in(base, room), _in(sample, room))["difference"] for room in rooms}
+
+
+def _in(sample: Sample, room: str) -> Sample:
+    """Return the attempts of a sample in one room."""
+    return replace(sample, attempts=[each for each in sample.attempts if each.scenario == room])
 
 
 def _with(base: PlanarLidarConfig, field: str, value: float) -> PlanarLidarConfig:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.evaluation.attempt import CONTACTS, Attempt
 from andabata.evaluation.room_policies import fitted
 from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.rooms.config import RoomConfig
@@ -21,9 +22,6 @@ from worlds.world import Start
 _BATCH = 50
 """Number of robots that are driven side by side."""
 
-_CONTACTS = {contact.label: contact for contact in Contact}
-"""Contacts by the labels of the environment's infos."""
-
 OnStates = Callable[[NDArray[np.int64], NDArray[np.float32]], None]
 """Function that takes the numbers of the drives that go on, shape (k,), and what each observes
 before its next step, shape (k, n_observations)."""
@@ -34,32 +32,59 @@ OnStep = Callable[[RoomVectorEnv, dict[str, Any]], None]
 
 
 @dataclass(frozen=True)
-class RoomDrive:
-    """One drive.
+class RoomMeasures:
+    """Measures of a drive in a room.
 
     Attributes:
         task: Start and goal.
-        outcome: How it ended.
         steps: Number of control steps.
-        path: Poses after each control step, the start first: x, y [m], yaw [rad], shape (t, 3).
-        contact: Contact at the end: what the robot touched, and who drove into whom.
+        lidar: Name or label of the laser, for comparisons.
+        memory: What the policy heads for, for comparisons; see ``RoomEvaluationConfig``.
+        oracle_steps: Fewest control steps of an oracle, whatever moves; None where it has no way,
+            or was not asked.
     """
 
     task: RoomTask
-    outcome: Outcome
     steps: int
-    path: NDArray[np.float64]
-    contact: Contact = Contact.NONE
+    lidar: str = ""
+    memory: str = ""
+    oracle_steps: int | None = None
 
-    @property
-    def length(self) -> float:
-        """Length of the path [m]."""
-        return float(np.hypot(*np.diff(self.path[:, :2], axis=0).T).sum())
+
+RoomAttempt = Attempt[RoomMeasures]
+"""Drive in a room, whose path has the poses x, y [m], yaw [rad], the start first."""
+
+
+def room_attempt(
+    task: RoomTask,
+    outcome: Outcome,
+    path: NDArray[np.float64],
+    contact: Contact = Contact.NONE,
+    *,
+    room: str = "",
+    number: int = 0,
+    period: float = np.nan,
+) -> RoomAttempt:
+    """Return the attempt of a path.
+
+    Args:
+        task: Start and goal.
+        outcome: How it ended.
+        path: Poses after each control step, the start first: x, y [m], yaw [rad], shape (t, 3).
+        contact: Contact at the end.
+        room: Name of the room.
+        number: Number of the task in its room.
+        period: Time of a control step [s]; NaN where it is not known.
+    """
+    steps, driven = len(path) - 1, float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
+    measures = RoomMeasures(task, steps)
+    time = steps * period
+    return Attempt("", room, number, outcome, contact, time, driven, np.nan, measures, path)
 
 
 def drive_tasks(
     policy: Policy, config: RoomConfig, tasks: Sequence[RoomTask], on_states: OnStates | None = None
-) -> list[RoomDrive]:
+) -> list[RoomAttempt]:
     """Drive tasks of a room as a policy drives, and return the drives in their order.
 
     The robot and what it observes are those that the policy was trained with; see ``fitted``. Noise
@@ -75,7 +100,7 @@ def drive_tasks(
         ValueError: If the policy cannot read what the task observes.
     """
     actor, task = fitted(policy, config)
-    found: list[RoomDrive] = []
+    found: list[RoomAttempt] = []
     for begin in range(0, len(tasks), _BATCH):
         part = tasks[begin : begin + _BATCH]
         robots = RoomVectorEnv(task, len(part), autoreset=False)
@@ -90,7 +115,7 @@ def drive_task(
     number: int,
     on_states: OnStates | None = None,
     on_step: OnStep | None = None,
-) -> RoomDrive:
+) -> RoomAttempt:
     """Drive one task alone as ``drive_tasks`` drives it among others, and return the drive.
 
     Movers and noise are the same. Other robots beside it may change the last digits of an action.
@@ -114,7 +139,7 @@ def drive_task(
 
 def drive_tour(
     policy: Policy, config: RoomConfig, start: Start, goals: Sequence[tuple[float, float]]
-) -> list[RoomDrive]:
+) -> list[RoomAttempt]:
     """Drive to goals in a row, each from where the robot stands, until one is not reached.
 
     Args:
@@ -126,7 +151,7 @@ def drive_tour(
     Raises:
         ValueError: If the policy cannot read what the task observes.
     """
-    found: list[RoomDrive] = []
+    found: list[RoomAttempt] = []
     for goal in goals:
         (drive,) = drive_tasks(policy, config, [RoomTask(start, goal)])
         found.append(drive)
@@ -143,16 +168,16 @@ def _driven_together(
     begin: int,
     on_states: OnStates | None,
     on_step: OnStep | None = None,
-) -> list[RoomDrive]:
+) -> list[RoomAttempt]:
     """Drive tasks side by side; the number of the first is ``begin``."""
-    count = len(tasks)
+    count, (room, *_) = len(tasks), robots.config.all_rooms
     seeds: list[int | None] = [(begin + k) % _BATCH for k in range(count)]
     states, info = robots.reset(seed=seeds, options={"room": 0, "drive": list(tasks)})
     if on_step is not None:
         on_step(robots, info)
     rngs = [np.random.default_rng((0, begin + k)) for k in range(count)]
     paths = [[pose] for pose in robots.poses]
-    found: dict[int, RoomDrive] = {}
+    found: dict[int, RoomAttempt] = {}
     while len(found) < count:
         going = np.array([k not in found for k in range(count)])
         left = np.flatnonzero(going)
@@ -167,35 +192,40 @@ def _driven_together(
         for k in left.tolist():
             paths[k].append(poses[k])
         for k in np.flatnonzero(terminated | truncated).tolist():
-            end = Outcome(info["outcome"][k]), _CONTACTS[info["contact"][k]]
-            found[k] = _drive(tasks[k], paths[k], *end)
+            outcome, contact = Outcome(info["outcome"][k]), CONTACTS[info["contact"][k]]
+            found[k] = room_attempt(
+                tasks[k],
+                outcome,
+                np.array(paths[k]),
+                contact if outcome is Outcome.COLLISION else Contact.NONE,
+                room=room,
+                number=begin + k,
+                period=robots.config.robot.period,
+            )
     return [found[k] for k in range(count)]
 
 
-def _drive(
-    task: RoomTask, path: Sequence[NDArray[np.float64]], outcome: Outcome, contact: Contact
-) -> RoomDrive:
-    """Return a drive that is over; the contact counts if it was the end."""
-    touched = contact if outcome is Outcome.COLLISION else Contact.NONE
-    return RoomDrive(task, outcome, len(path) - 1, np.array(path), touched)
-
-
-def drives_to_bytes(drives: Sequence[RoomDrive]) -> bytes:
+def drives_to_bytes(drives: Sequence[RoomAttempt]) -> bytes:
     """Return drives as a compressed npz file; paths are rounded to float32."""
     stream = io.BytesIO()
     np.savez_compressed(
         stream,
-        starts=np.array([(d.task.start.x, d.task.start.y, d.task.start.yaw) for d in drives]),
-        goals=np.array([drive.task.goal for drive in drives]),
+        starts=np.array(
+            [
+                (d.detail.task.start.x, d.detail.task.start.y, d.detail.task.start.yaw)
+                for d in drives
+            ]
+        ),
+        goals=np.array([drive.detail.task.goal for drive in drives]),
         outcomes=np.array([str(drive.outcome) for drive in drives]),
-        steps=np.array([drive.steps for drive in drives]),
+        steps=np.array([drive.detail.steps for drive in drives]),
         contacts=np.array([int(drive.contact) for drive in drives]),
         paths=np.concatenate([drive.path for drive in drives]).astype(np.float32),
     )
     return stream.getvalue()
 
 
-def drives_from_bytes(data: bytes, name: str) -> list[RoomDrive]:
+def drives_from_bytes(data: bytes, name: str) -> list[RoomAttempt]:
     """Return the drives of a file's bytes.
 
     Args:
@@ -215,18 +245,16 @@ def drives_from_bytes(data: bytes, name: str) -> list[RoomDrive]:
         ends = np.cumsum(parts["steps"] + 1)
         paths = np.split(parts["paths"].astype(np.float64), ends[:-1])
         return [
-            RoomDrive(
+            room_attempt(
                 RoomTask(Start(*start), (goal[0], goal[1])),
                 Outcome(outcome),
-                steps,
                 path,
                 Contact(contact),
             )
-            for start, goal, outcome, steps, path, contact in zip(
+            for start, goal, outcome, path, contact in zip(
                 parts["starts"].tolist(),
                 parts["goals"].tolist(),
                 parts["outcomes"].tolist(),
-                parts["steps"].tolist(),
                 paths,
                 contacts.tolist(),
                 strict=True,

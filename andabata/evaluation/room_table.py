@@ -1,28 +1,36 @@
 """Table of an evaluation in rooms: a row a cell, and one for all policies of a cell."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple, Self
+from collections.abc import Collection, Hashable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-import numpy as np
-
-from andabata.evaluation.room_drives import RoomDrive
-from andabata.evaluation.statistics import (
-    clustered_interval,
-    group_difference,
-    wilson_interval,
+from andabata.evaluation.attempt import Attempt
+from andabata.evaluation.room_drives import RoomAttempt
+from andabata.evaluation.statistics import group_difference
+from andabata.evaluation.table import (
+    Column,
+    Design,
+    Row,
+    Sample,
+    Table,
+    average,
+    by_contender,
+    by_task,
+    counts,
+    hit_counts,
+    is_success,
+    pair,
+    share,
+    share_difference,
 )
-from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.terminations import Outcome
-
-Row = dict[str, Any]
-
-OracleTask = tuple[int, float] | None
-"""Fewest steps of a task, and the length of its shortest way [m], whatever moves there; None where
-no way is wide enough for the robot."""
+from worlds.rooms.catalogue import make_room
 
 _STEP_COST = 0.001
 """Loss of a task's score with each control step (equation 5)."""
+
+Groups = Sequence[tuple[str, ...]]
+"""Names of policies that differ in the seed alone, together."""
 
 
 @dataclass(frozen=True)
@@ -41,52 +49,11 @@ class Cell:
     room: str
     memory: str
 
-
-@dataclass(frozen=True)
-class CellResult:
-    """Measures of a cell's drives, in the order of its tasks.
-
-    Attributes:
-        cell: Policy, laser, room and memory.
-        outcomes: How each drive ended.
-        steps: Number of control steps of each.
-        lengths: Length of each path [m].
-        contacts: Contact of each robot at the end; see ``RoomDrive``.
-    """
-
-    cell: Cell
-    outcomes: tuple[Outcome, ...]
-    steps: tuple[int, ...]
-    lengths: tuple[float, ...]
-    contacts: tuple[Contact, ...]
-
     @classmethod
-    def of(cls, cell: Cell, drives: Sequence[RoomDrive]) -> Self:
-        """Return the measures of drives."""
-        return cls(
-            cell,
-            tuple(drive.outcome for drive in drives),
-            tuple(drive.steps for drive in drives),
-            tuple(drive.length for drive in drives),
-            tuple(drive.contact for drive in drives),
-        )
-
-    @classmethod
-    def from_json(cls, data: Mapping[str, Any]) -> Self:
-        """Return the measures of ``to_json``."""
-        outcomes = tuple(Outcome(outcome) for outcome in data["outcomes"])
-        cell = Cell(**data["cell"])
-        contacts = tuple(Contact(contact) for contact in data["contacts"])
-        return cls(cell, outcomes, tuple(data["steps"]), tuple(data["lengths"]), contacts)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the measures, ready for JSON."""
-        return asdict(self)
-
-    @property
-    def successes(self) -> tuple[bool, ...]:
-        """True for each drive that reached its goal."""
-        return tuple(outcome is Outcome.GOAL for outcome in self.outcomes)
+    def of(cls, attempt: RoomAttempt) -> "Cell":
+        """Return the cell of an attempt."""
+        detail = attempt.detail
+        return cls(attempt.contender, detail.lidar, attempt.scenario, detail.memory)
 
 
 class RoomTable(NamedTuple):
@@ -108,103 +75,110 @@ def task_score(outcome: Outcome, steps: int) -> float:
     return 1 - _STEP_COST * steps if outcome is Outcome.GOAL else -1.0
 
 
-def cell_row(result: CellResult, oracle: Sequence[OracleTask]) -> Row:
-    """Return the table's row of a cell.
+def room_table(attempts: Sequence[RoomAttempt], groups: Groups) -> RoomTable:
+    """Return the table of attempts whose oracles are known.
 
     Args:
-        result: Measures of its drives.
-        oracle: Fewest steps and shortest way of each task.
+        attempts: Attempts, by cell.
+        groups: Names of policies that belong together, in the order of their rows.
     """
-    return _row([result], oracle, wilson_interval(sum(result.successes), len(oracle)))
-
-
-def pooled_row(results: Sequence[CellResult], oracle: Sequence[OracleTask]) -> Row:
-    """Return the row of several policies in cells that differ in the policy alone.
-
-    Args:
-        results: Measures of each policy's drives.
-        oracle: Fewest steps and shortest way of each task.
-    """
-    successes = np.array([result.successes for result in results])
-    return _row(results, oracle, clustered_interval(successes)) | {
-        "policy": ", ".join(result.cell.policy for result in results),
-        "policies": len(results),
-    }
-
-
-def difference_row(
-    first: Sequence[Sequence[CellResult]], second: Sequence[Sequence[CellResult]]
-) -> Row:
-    """Return the row of the difference in success of two groups of policies on the same tasks.
-
-    Args:
-        first: Measures of each policy of the first group, one for each room.
-        second: Measures of the second group, with the same laser, memory and rooms.
-    """
-    one, other = (
-        np.array([[arrived for result in rooms for arrived in result.successes] for rooms in group])
-        for group in (first, second)
+    pooled = Table(_conditions, _TASKS, (*_CELL_COLUMNS, _together, _movers))
+    return RoomTable(
+        Table(Cell.of, _TASKS, (*_CELL_COLUMNS, _movers)).rows(attempts),
+        [
+            row
+            for names in groups
+            if len(names) > 1
+            for row in pooled.rows(_of_policies(attempts, names))
+        ],
+        _differences(groups).differences(attempts),
     )
-    gain, cell = group_difference(one, other), second[0][0].cell
+
+
+def _of_policies(attempts: Sequence[RoomAttempt], names: Collection[str]) -> list[RoomAttempt]:
+    """Return the attempts of some policies."""
+    return [attempt for attempt in attempts if attempt.contender in names]
+
+
+def _differences(groups: Groups) -> Table:
+    """Return the table of what differs between groups of policies, by laser and memory."""
+    numbers = {name: k for k, names in enumerate(groups) for name in names}
+
+    def within(attempt: RoomAttempt) -> Hashable:
+        return attempt.detail.lidar, attempt.detail.memory
+
+    def by(attempt: RoomAttempt) -> Hashable:
+        return within(attempt), numbers[attempt.contender]
+
+    gain = share_difference("difference", method=group_difference)
+    return Table(by, _TASKS, (), (_compared, gain), within)
+
+
+def _compared(base: Sample, other: Sample) -> Row:
+    """Return what is compared, and both rates."""
+    detail = other.attempts[0].detail
+    first, second = pair(base, other, is_success)
     return {
-        "policy": _together(second),
-        "against": _together(first),
-        "lidar": cell.lidar,
-        "memory": cell.memory,
-        "tasks": one.shape[1],
-        "success_rate": float(other.mean()),
-        "success_rate_against": float(one.mean()),
-        "difference": gain.mean,
-        "difference_low": gain.low,
-        "difference_high": gain.high,
+        "policy": ", ".join(map(str, other.repeats)),
+        "against": ", ".join(map(str, base.repeats)),
+        "lidar": detail.lidar,
+        "memory": detail.memory,
+        "tasks": first.shape[1],
+        "success_rate": float(second.mean()),
+        "success_rate_against": float(first.mean()),
     }
 
 
-def _together(group: Sequence[Sequence[CellResult]]) -> str:
-    """Return the names of a group's policies."""
-    return ", ".join(rooms[0].cell.policy for rooms in group)
+_TASKS = Design(cluster=by_task, repeat=by_contender)
+"""What is hard for one policy is hard for the others: tasks count."""
 
 
-def _row(
-    results: Sequence[CellResult], oracle: Sequence[OracleTask], interval: tuple[float, float]
-) -> Row:
-    """Return the row of one policy or of several.
+def _conditions(attempt: RoomAttempt) -> Hashable:
+    """Return laser, room and memory."""
+    return attempt.detail.lidar, attempt.scenario, attempt.detail.memory
 
-    ``collisions`` are all; ``hit_by_mover`` and ``hit_at_rest`` are those among them that a mover
-    caused while the robot drove and while it stood.
-    """
-    ends = [outcome for result in results for outcome in result.outcomes]
-    contacts = [contact for result in results for contact in result.contacts]
-    steps = [count for result in results for count in result.steps]
-    ratios, spl = [], []
-    for result in results:
-        for arrived, count, length, best in zip(
-            result.successes, result.steps, result.lengths, oracle, strict=True
-        ):
-            if best is None:
-                spl.append(0.0)
-                continue
-            fewest, way = best
-            spl.append(way / max(length, way) if arrived and length > 0 else float(arrived))
-            if arrived:
-                ratios.append(count / max(fewest, 1))
-    reached, cell = ends.count(Outcome.GOAL), results[0].cell
+
+def _head(sample: Sample) -> Row:
+    """Return the cell, and how many of its drives reached their goals."""
+    cell = Cell.of(sample.attempts[0])
     return {
-        "policy": cell.policy,
-        "lidar": cell.lidar,
-        "room": cell.room,
-        "memory": cell.memory,
-        "trials": len(ends),
-        "successes": reached,
-        "collisions": ends.count(Outcome.COLLISION),
-        "hit_by_mover": contacts.count(Contact.HIT),
-        "hit_at_rest": contacts.count(Contact.HIT_AT_REST),
-        "timeouts": ends.count(Outcome.TIMEOUT),
-        "success_rate": reached / len(ends),
-        "wilson_low": interval[0],
-        "wilson_high": interval[1],
-        "score": sum(map(task_score, ends, steps)),
-        "steps_to_oracle": float(np.mean(ratios)) if ratios else None,
-        "spl": float(np.mean(spl)),
-        "mean_steps": float(np.mean(steps)),
+        **{"policy": cell.policy, "lidar": cell.lidar, "room": cell.room, "memory": cell.memory},
+        **{"trials": len(sample.attempts), "successes": sample.count(is_success)},
     }
+
+
+def _together(sample: Sample) -> Row:
+    """Return the names of the policies of a row, and their number."""
+    names = list(map(str, sample.repeats))
+    return {"policy": ", ".join(names), "policies": len(names)}
+
+
+def _movers(sample: Sample) -> Row:
+    """Return the number of a room's movers, which the oracle leaves out."""
+    return {"movers": len(make_room(sample.attempts[0].scenario).movers)}
+
+
+def _score(sample: Sample) -> Row:
+    """Return the sum of the scores of the tasks."""
+    return {"score": sum(task_score(each.outcome, each.detail.steps) for each in sample.attempts)}
+
+
+def _steps_to_oracle(attempt: Attempt[Any]) -> float | None:
+    """Return the ratio of the steps to those of the oracle; None without a goal or an oracle."""
+    fewest = attempt.detail.oracle_steps
+    if fewest is None or not attempt.is_success:
+        return None
+    return float(attempt.detail.steps / max(fewest, 1))
+
+
+_CELL_COLUMNS: Sequence[Column] = (
+    _head,
+    counts(collisions=Outcome.COLLISION),
+    hit_counts,
+    counts(timeouts=Outcome.TIMEOUT),
+    share(ends="wilson"),
+    _score,
+    average("steps_to_oracle", _steps_to_oracle),
+    average("spl", lambda attempt: attempt.spl),
+    average("mean_steps", lambda attempt: attempt.detail.steps),
+)

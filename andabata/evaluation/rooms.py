@@ -9,38 +9,38 @@ leaves out what moves.
 import hashlib
 import json
 import zlib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.engine import Engine, SerialEngine
-from andabata.evaluation.room_drives import RoomDrive, drive_tasks
-from andabata.evaluation.room_policies import TRAINED, fitted, trained_lidar
-from andabata.evaluation.room_table import (
-    Cell,
-    CellResult,
-    OracleTask,
-    RoomTable,
-    Row,
-    cell_row,
-    difference_row,
-    pooled_row,
+from andabata.evaluation.attempt import Attempt
+from andabata.evaluation.comparison import Attempts, Driven, run_comparison
+from andabata.evaluation.room_drives import (
+    RoomAttempt,
+    RoomMeasures,
+    drive_tasks,
+    drives_to_bytes,
 )
+from andabata.evaluation.room_policies import TRAINED, fitted, trained_lidar
+from andabata.evaluation.room_table import Cell, RoomTable, room_table
 from andabata.machine.planar.lidar import PLANAR_LIDARS, PlanarLidarConfig
+from andabata.machine.planar.mover_contact import Contact
 from andabata.navigation.planar.lidar_map import LidarMapConfig
 from andabata.runs.folder import commit
-from andabata.runs.journal import Journal
+from andabata.runs.journal import Entry
 from andabata.tasks.rooms.batch import DiscRobotConfig
 from andabata.tasks.rooms.catalogue import JUDGES_BY_TASK, ROOM_TASKS, RoomTaskConfig
 from andabata.tasks.rooms.config import RoomConfig
 from andabata.tasks.rooms.lattice_oracle import geodesic_length, oracle_steps
 from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.rooms.td3_config import JUDGED_CLEARANCE
+from andabata.tasks.terminations import Outcome
 from rl.policy import Policy, policy_from_bytes
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.files import is_room_file, plan_digest
@@ -62,8 +62,12 @@ class OracleQuery(NamedTuple):
     robot: DiscRobotConfig
 
 
-OnCell = Callable[[Cell, list[RoomDrive] | None], None]
-"""Function that takes a cell and its drives, None for a cell that stood in the journal."""
+OracleTask = tuple[int, float] | None
+"""Fewest steps of a task, and the length of its shortest way [m], whatever moves there; None where
+no way is wide enough for the robot."""
+
+DRIVES = "drives"
+"""Folder of the paths of the cells."""
 
 
 class RoomEvaluationConfig(BaseModel):
@@ -172,13 +176,103 @@ def cells_of(config: RoomEvaluationConfig, policies: Sequence[str]) -> list[Cell
     ]
 
 
-def drive_cell(
-    config: RoomEvaluationConfig, policies: Mapping[str, bytes], cell: Cell
-) -> list[RoomDrive]:
-    """Drive the tasks of a cell."""
-    policy = policy_from_bytes(policies[cell.policy], cell.policy)
-    task = cell_task(cell, config, policy)
-    return drive_tasks(policy, task, tasks_of(make_room(cell.room), config))
+@dataclass(frozen=True)
+class RoomComparison:
+    """Policies in rooms; a cell is a policy with a laser and a memory in a room.
+
+    Attributes:
+        config: Settings.
+        files: Bytes of the policies by name.
+        robots: Robot of each policy.
+        tasks: Starts and goals of each room.
+    """
+
+    unit: ClassVar[str] = "cells"
+    journal: ClassVar[str] = "cells.jsonl"
+
+    config: RoomEvaluationConfig
+    files: Mapping[str, bytes]
+    robots: Mapping[str, DiscRobotConfig]
+    tasks: Mapping[str, Sequence[RoomTask]]
+
+    @classmethod
+    def of(cls, config: RoomEvaluationConfig, policies: Mapping[str, Policy]) -> Self:
+        """Return the comparison of policies.
+
+        Raises:
+            ValueError: If a policy cannot drive in rooms, or a room has none of the tasks.
+        """
+        files = {name: policy.to_bytes() for name, policy in policies.items()}
+        cells = {cell.policy: cell for cell in cells_of(config, tuple(policies))}
+        robots = {name: cell_task(cells[name], config, policies[name]).robot for name in cells}
+        tasks = {name: tasks_of(make_room(name), config) for name in dict.fromkeys(config.rooms)}
+        return cls(config, files, robots, tasks)
+
+    @property
+    def about(self) -> Entry:
+        """Heading of the journal; with rooms of files goes what was in them."""
+        hashes = {name: hashlib.sha256(data).hexdigest() for name, data in self.files.items()}
+        about: Entry = {"config": self.config.model_dump(mode="json"), "policies": hashes}
+        about["commit"] = commit()
+        own = {name: plan_digest(Path(name)) for name in self.config.rooms if is_room_file(name)}
+        return about | ({"rooms": own} if own else {})
+
+    def cells(self) -> Sequence[Cell]:
+        """Return the cells by room, laser, memory and policy."""
+        return cells_of(self.config, tuple(self.files))
+
+    def label(self, cell: Cell) -> str:
+        """Return room, laser and memory."""
+        return f"{cell.room}, {cell.lidar}, {cell.memory}"
+
+    def drive(self, cell: Cell) -> Driven:
+        """Drive the tasks of a cell, whose paths go to a file of its own."""
+        # Noise that a policy keeps is the same for each cell: it is made anew.
+        policy = policy_from_bytes(self.files[cell.policy], cell.policy)
+        task = cell_task(cell, self.config, policy)
+        drives = drive_tasks(policy, task, self.tasks[cell.room])
+        number = self.cells().index(cell)
+        attempts = tuple(_of_cell(cell, drive) for drive in drives)
+        return Driven(attempts, {f"{DRIVES}/{number}.npz": drives_to_bytes(drives)})
+
+    def encode(self, cell: Cell, attempts: Attempts) -> Entry:
+        """Return the entry of a cell: measures in the order of its tasks."""
+        return {
+            "cell": asdict(cell),
+            "outcomes": [str(attempt.outcome) for attempt in attempts],
+            "steps": [attempt.detail.steps for attempt in attempts],
+            "lengths": [attempt.distance for attempt in attempts],
+            "contacts": [int(attempt.contact) for attempt in attempts],
+        }
+
+    def decode(self, entry: Entry) -> tuple[Cell, Attempts]:
+        """Return the cell of an entry and its attempts."""
+        cell = Cell(**entry["cell"])
+        period = self.robots[cell.policy].period
+        columns = (entry[name] for name in ("steps", "outcomes", "contacts", "lengths"))
+        measures = zip(*columns, strict=True)
+        return cell, tuple(
+            Attempt(
+                contender=cell.policy,
+                scenario=cell.room,
+                repetition=number,
+                outcome=Outcome(outcome),
+                contact=Contact(contact),
+                time=steps * period,
+                distance=length,
+                shortest=np.nan,
+                detail=RoomMeasures(task, steps, cell.lidar, cell.memory),
+            )
+            for number, (task, (steps, outcome, contact, length)) in enumerate(
+                zip(self.tasks[cell.room], measures, strict=True)
+            )
+        )
+
+
+def _of_cell(cell: Cell, drive: RoomAttempt) -> RoomAttempt:
+    """Return a drive with the cell that it belongs to."""
+    detail = replace(drive.detail, lidar=cell.lidar, memory=cell.memory)
+    return replace(drive, contender=cell.policy, detail=detail)
 
 
 def oracle_of(config: RoomEvaluationConfig, query: OracleQuery) -> list[OracleTask]:
@@ -198,56 +292,10 @@ def _oracle_task(
         return None
 
 
-def drive_cells(
-    config: RoomEvaluationConfig,
-    policies: Mapping[str, Policy],
-    engine: Engine | None = None,
-    journal: Path | None = None,
-    on_cell: OnCell | None = None,
-) -> list[CellResult]:
-    """Drive every cell and return the measures of each.
-
-    Args:
-        config: Settings.
-        policies: Policies by name.
-        engine: Engine that runs the cells, on which the result does not depend; None for this
-            process.
-        journal: JSON-lines file to which finished cells are appended; cells that stand in it are
-            not driven again, so that a killed evaluation goes on where it was, by the same code.
-        on_cell: Function that is called with each cell and its drives, before the cell counts as
-            finished; at once for each cell of the journal.
-
-    Raises:
-        ValueError: If the journal belongs to another evaluation, a policy cannot drive in rooms,
-            or a room has none of the tasks.
-    """
-    files = {name: policy.to_bytes() for name, policy in policies.items()}
-    hashes = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
-    about = {"config": config.model_dump(mode="json"), "policies": hashes, "commit": commit()}
-    if own := {name: plan_digest(Path(name)) for name in config.rooms if is_room_file(name)}:
-        about["rooms"] = own  # A file may have changed since.
-    kept = Journal(journal, about)
-    done = {result.cell: result for result in map(CellResult.from_json, kept.entries)}
-    cells = cells_of(config, tuple(policies))
-    missing = [cell for cell in cells if cell not in done]
-    if on_cell is not None:
-        for cell in done:
-            on_cell(cell, None)
-    work = partial(drive_cell, config, files)
-    for _, cell, drives in (engine or SerialEngine()).run(work, missing):
-        done[cell] = CellResult.of(cell, drives)
-        if on_cell is not None:
-            on_cell(cell, drives)
-        kept.append(done[cell].to_json())
-    return [done[cell] for cell in cells]
-
-
 def evaluate_rooms(
     config: RoomEvaluationConfig,
     policies: Mapping[str, Policy],
     engine: Engine | None = None,
-    journal: Path | None = None,
-    on_cell: OnCell | None = None,
 ) -> RoomTable:
     """Drive every cell and return the table.
 
@@ -256,55 +304,41 @@ def evaluate_rooms(
         policies: Policies by name.
         engine: Engine that runs the cells, on which the result does not depend; None for this
             process.
-        journal: Journal of the drives; see ``drive_cells``.
-        on_cell: Function that is called with each cell and its drives.
 
     Raises:
-        ValueError: As ``drive_cells``.
+        ValueError: If a policy cannot drive in rooms, or a room has none of the tasks.
     """
-    results = drive_cells(config, policies, engine, journal, on_cell)
-    queries = {cell: _query(cell, config, policies) for cell in (each.cell for each in results)}
-    asked = dict.fromkeys(queries.values())
-    oracle = partial(oracle_of, config)
+    comparison = RoomComparison.of(config, policies)
+    return tabulate(comparison, policies, run_comparison(comparison, engine=engine), engine)
+
+
+def tabulate(
+    comparison: RoomComparison,
+    policies: Mapping[str, Policy],
+    attempts: Sequence[RoomAttempt],
+    engine: Engine | None = None,
+) -> RoomTable:
+    """Return the table of attempts beside those of oracles.
+
+    Args:
+        comparison: What was driven.
+        policies: Policies by name.
+        attempts: Attempts of all cells.
+        engine: Engine that asks the oracles; None for this process.
+    """
+    queries = [OracleQuery(each.scenario, comparison.robots[each.contender]) for each in attempts]
+    asked, oracle = dict.fromkeys(queries), partial(oracle_of, comparison.config)
     oracles = {query: ways for _, query, ways in (engine or SerialEngine()).run(oracle, asked)}
-    rows = [
-        cell_row(result, oracles[queries[result.cell]]) | _movers(result.cell) for result in results
+    known = [
+        _beside(attempt, oracles[query][attempt.repetition])
+        for attempt, query in zip(attempts, queries, strict=True)
     ]
-    found = {result.cell: result for result in results}
-    pooled = [
-        pooled_row([found[replace(cell, policy=name)] for name in names], oracles[queries[cell]])
-        | _movers(cell)
-        for names in alike(policies)
-        for cell in cells_of(config, names[:1])
-        if len(names) > 1
-    ]
-    return RoomTable(rows, pooled, _differences(config, alike(policies), found))
+    return room_table(known, alike(policies))
 
 
-def _query(cell: Cell, config: RoomEvaluationConfig, policies: Mapping[str, Policy]) -> OracleQuery:
-    """Return what the oracle of a cell is asked: policies of one task have robots of their own."""
-    return OracleQuery(cell.room, cell_task(cell, config, policies[cell.policy]).robot)
-
-
-def _movers(cell: Cell) -> Row:
-    """Return the number of a room's movers, which the oracle leaves out."""
-    return {"movers": len(make_room(cell.room).movers)}
-
-
-def _differences(
-    config: RoomEvaluationConfig,
-    groups: Sequence[tuple[str, ...]],
-    found: Mapping[Cell, CellResult],
-) -> list[Row]:
-    """Return how groups of policies differ from the first one, by laser and memory."""
-    rooms = tuple(dict.fromkeys(config.rooms))
-
-    def results(names: tuple[str, ...], cell: Cell) -> list[list[CellResult]]:
-        cells = [[replace(cell, policy=name, room=room) for room in rooms] for name in names]
-        return [[found[one] for one in mine] for mine in cells]
-
-    return [
-        difference_row(results(groups[0], cell), results(names, cell))
-        for cell in cells_of(config.model_copy(update={"rooms": rooms[:1]}), [""])
-        for names in groups[1:]
-    ]
+def _beside(attempt: RoomAttempt, oracle: OracleTask) -> RoomAttempt:
+    """Return an attempt with what the oracle of its robot drives."""
+    if oracle is None:
+        return attempt
+    steps, way = oracle
+    return replace(attempt, shortest=way, detail=replace(attempt.detail, oracle_steps=steps))

@@ -1,11 +1,11 @@
 """Figures of repeated trials."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
+from scipy.special import bdtr, stdtrit
 
 Z95 = 1.959964
 """Quantile of the normal distribution that bounds 95 % on both sides."""
@@ -139,6 +139,76 @@ def paired_difference(
     return _limited(float(by_task.mean()), middle, z * math.sqrt(variance))
 
 
+class McNemar(NamedTuple):
+    """Exact test of two ways on the same tasks.
+
+    Attributes:
+        gained: Number of tasks that the second way does better.
+        lost: Number of tasks that the first way does better.
+        p_value: Probability of a split as uneven as this or more, if both ways are as good.
+    """
+
+    gained: int
+    lost: int
+    p_value: float
+
+
+def mcnemar(first: NDArray[np.bool_], second: NDArray[np.bool_]) -> McNemar:
+    """Return McNemar's exact test of two ways on the same tasks (McNemar 1947).
+
+    Tasks that end alike say nothing. With several trials of a task it is the sign test of the
+    difference of its rates: trials of a task are no tasks.
+
+    Args:
+        first: True for success, shape (trials, tasks).
+        second: Successes of the second way on the same tasks, shape (other trials, tasks).
+
+    Raises:
+        ValueError: If the numbers of tasks differ, or there is no task.
+    """
+    by_task = _gains(_checked(first), _checked(second))
+    gained, lost = int((by_task > 0).sum()), int((by_task < 0).sum())
+    tail = float(bdtr(min(gained, lost), gained + lost, 0.5)) if gained + lost else 1.0
+    return McNemar(gained, lost, min(2.0 * tail, 1.0))
+
+
+def paired_bootstrap(
+    first: NDArray[np.float64],
+    second: NDArray[np.float64],
+    rng: np.random.Generator,
+    level: float = 0.95,
+    resamples: int = 10_000,
+) -> Difference:
+    """Return the difference of two means on the same tasks, with an interval of resampled tasks.
+
+    Args:
+        first: Measure, shape (trials, tasks).
+        second: Measure of the second way on the same tasks, shape (other trials, tasks).
+        rng: Source of the resampling.
+        level: Probability of the interval, that of percentiles (Efron 1979).
+        resamples: Number of times that the tasks are drawn again.
+
+    Raises:
+        ValueError: If the numbers of tasks differ, or there is no task.
+    """
+    by_task = _gains(first, second)
+    drawn = rng.integers(len(by_task), size=(resamples, len(by_task)))
+    tails = (0.5 - level / 2, 0.5 + level / 2)
+    low, high = np.quantile(by_task[drawn].mean(axis=1), tails).tolist()
+    return Difference(float(by_task.mean()), low, high)
+
+
+def _gains(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.float64]:
+    """Return the gain of each task in the mean over its trials, shape (tasks,).
+
+    Raises:
+        ValueError: If the numbers of tasks differ, or there is no task.
+    """
+    if first.shape[1] != second.shape[1] or not first.size or not second.size:
+        raise ValueError(f"pairs: expected the same tasks, got {first.shape} and {second.shape}")
+    return np.asarray(second.mean(axis=0) - first.mean(axis=0), dtype=np.float64)
+
+
 def group_difference(
     first: NDArray[np.bool_], second: NDArray[np.bool_], z: float = Z95
 ) -> Difference:
@@ -157,9 +227,7 @@ def group_difference(
         ValueError: If the numbers of tasks differ, or there is no task.
     """
     one, other = _checked(first), _checked(second)
-    if one.shape[1] != other.shape[1]:
-        raise ValueError(f"pairs: expected the same tasks, got {one.shape} and {other.shape}")
-    by_task = other.mean(axis=0) - one.mean(axis=0)
+    by_task = _gains(one, other)
     middle, variance = _with_two_more(by_task)
     for rates in (one.mean(axis=1), other.mean(axis=1)):
         variance += float(rates.var(ddof=1)) / len(rates) if len(rates) > 1 else 0.0

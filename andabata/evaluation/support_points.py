@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.evaluation.room_drives import RoomDrive, drive_tasks
+from andabata.evaluation.room_drives import RoomAttempt, drive_tasks
 from andabata.evaluation.room_policies import fitted
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.tasks.rooms.config import RoomConfig
@@ -43,7 +43,7 @@ class SupportPoints:
 
 def drive_with_support_points(
     policy: Policy, config: RoomConfig, tasks: Sequence[RoomTask], every: int = 20
-) -> list[tuple[RoomDrive, list[SupportPoints]]]:
+) -> list[tuple[RoomAttempt, list[SupportPoints]]]:
     """Drive tasks of a room and return each drive with its support points.
 
     Args:

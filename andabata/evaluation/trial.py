@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobot
-from andabata.machine.planar.mover_contact import Contact
+from andabata.evaluation.attempt import Attempt
+from andabata.evaluation.failure_cause import failure_cause
 from andabata.machine.sensor_readings import SensorReadings, VehicleState
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from worlds.world import Task, World, jittered
@@ -18,41 +20,38 @@ SAFE_CLEARANCE = 0.35
 
 
 @dataclass(frozen=True)
-class GoalAttempt:
-    """A drive to one goal, measured by physics and the true map.
+class OffroadMeasures:
+    """Measures of a drive to one goal off-road, by physics and the true map.
 
     Attributes:
         goal: Index of the goal, from 1.
-        outcome: Outcome.
-        time: Duration [s].
-        distance: Distance driven [m].
-        shortest: Length of the shortest safe path [m].
+        goals: Number of goals of the task.
+        goal_place: Map coordinates of the goal [m].
+        end: Map coordinates of the robot at the end [m].
+        world_seed: Seed of the world.
+        difficulty: Difficulty of the world, from 0 to 1, or None.
+        cause: Cause of a failure; see ``failure_cause``.
         forbidden_distance: Distance driven where the true map forbids it [m].
         steering_variation: Integral of the squared yaw rate [rad2/s].
         energy: Work of the motors [J]; None where the plant has none.
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
-        path: Positions, one a control step, float64, shape (k, 3).
-        contact: Contact of the body at the end: what it touched, and who drove into whom.
     """
 
     goal: int
-    outcome: Outcome
-    time: float
-    distance: float
-    shortest: float
+    goals: int
+    goal_place: tuple[float, float]
+    end: tuple[float, float]
+    world_seed: int
+    difficulty: float | None
+    cause: str
     forbidden_distance: float
     steering_variation: float
     energy: float | None
     min_clearance: float
-    path: NDArray[np.float64]
-    contact: Contact = Contact.NONE
 
-    @property
-    def spl(self) -> float:
-        """Success weighted by path length (Anderson et al. 2018), from 0 to 1."""
-        if self.outcome is not Outcome.GOAL:
-            return 0.0
-        return self.shortest / max(self.shortest, self.distance, 1e-9)
+
+OffroadAttempt = Attempt[OffroadMeasures]
+"""Drive to one goal off-road."""
 
 
 class Operator(Protocol):
@@ -79,7 +78,9 @@ def run_trial(
     rng: np.random.Generator,
     on_step: Callable[[SensorReadings], None] | None = None,
     operator: Operator | None = None,
-) -> tuple[GoalAttempt, ...]:
+    contender: str = "",
+    repetition: int = 0,
+) -> tuple[OffroadAttempt, ...]:
     """Drive a task's goals in a row with the robot's own controller.
 
     Args:
@@ -89,6 +90,8 @@ def run_trial(
         rng: Source of the start's jitter and of all noise.
         on_step: Function that is called with the readings after each control step.
         operator: Person who takes part; None for none.
+        contender: Name of what drives, for comparisons.
+        repetition: Number of the trial in its comparison.
 
     Returns:
         One attempt for each goal that was tried; the last may have failed.
@@ -96,7 +99,8 @@ def run_trial(
     world = simulated_robot.scene.world
     start = jittered(task.start, rng)
     readings = simulated_robot.place(start, np.array(task.goals[0]), rng)
-    attempts: list[GoalAttempt] = []
+    measured = partial(_attempt, world, task, contender, repetition)
+    attempts: list[OffroadAttempt] = []
     for number, goal in enumerate(task.goals, start=1):
         monitor = EpisodeMonitor(world, terminations)
         state = _truth(readings)
@@ -111,7 +115,7 @@ def run_trial(
             outcome = monitor.update(_truth(readings))
             if on_step is not None:
                 on_step(readings)
-        attempts.append(_attempt(number, outcome, shortest, monitor))
+        attempts.append(measured(number, outcome, shortest, monitor))
         if outcome is not Outcome.GOAL:
             break
     return tuple(attempts)
@@ -163,19 +167,39 @@ def safe_length(
 
 
 def _attempt(
-    number: int, outcome: Outcome, shortest: float, monitor: EpisodeMonitor
-) -> GoalAttempt:
-    """Return what the monitor measured."""
-    return GoalAttempt(
+    world: World,
+    task: Task,
+    contender: str,
+    repetition: int,
+    number: int,
+    outcome: Outcome,
+    shortest: float,
+    monitor: EpisodeMonitor,
+) -> OffroadAttempt:
+    """Return what the monitor measured on the way to a goal, whose numbers begin at 1."""
+    end, contact = monitor.path[-1], monitor.contact
+    measures = OffroadMeasures(
         goal=number,
-        outcome=outcome,
-        time=monitor.time,
-        distance=monitor.distance,
-        shortest=shortest,
+        goals=len(task.goals),
+        goal_place=task.goals[number - 1],
+        end=(float(end[0]), float(end[1])),
+        world_seed=world.seed,
+        difficulty=world.difficulty,
+        cause=failure_cause(world, end, outcome, contact),
         forbidden_distance=monitor.forbidden_distance,
         steering_variation=monitor.steering_variation,
         energy=monitor.energy,
         min_clearance=monitor.min_clearance,
+    )
+    return Attempt(
+        contender=contender,
+        scenario=world.name,
+        repetition=repetition,
+        outcome=outcome,
+        contact=contact,
+        time=monitor.time,
+        distance=monitor.distance,
+        shortest=shortest,
+        detail=measures,
         path=np.array(monitor.path),
-        contact=monitor.contact,
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from andabata.evaluation.barn import BarnEvaluationConfig, drive_path, load_world
-from andabata.evaluation.barn_table import BarnRun
+from andabata.evaluation.barn_table import run_of
 from andabata.report.columns import counted, interval, word
 from andabata.report.folder import check_keys, read_about, read_result, read_rows, settings_of
 from andabata.report.page import Fact, Report
@@ -91,13 +91,11 @@ def _times(page: Report, folder: Path) -> None:
     """Add the times of all runs, where the journal is there."""
     if not (folder / WORLDS).is_file():
         return
-    runs = [
-        BarnRun.from_json(run) for entry in read_rows(folder / WORLDS)[1:] for run in entry["runs"]
-    ]
+    runs = [run_of(run) for entry in read_rows(folder / WORLDS)[1:] for run in entry["runs"]]
     ratios: dict[str, list[Row]] = {}
     for run in runs:
-        ratio = run.time / run.optimal_time if run.is_success else None
-        ratios.setdefault(run.controller, []).append({"ratio": ratio})
+        ratio = run.time / run.detail.optimal_time if run.is_success else None
+        ratios.setdefault(run.contender, []).append({"ratio": ratio})
     page.figure(barn_figure(ratios), "times", "Share of runs at the goal by their time", drawn=True)
 
 

@@ -116,7 +116,7 @@ def add_goals_table(page: Report, rows: Sequence[Row], every: str, caption: str 
 
     Args:
         page: Page to add to.
-        rows: Rows of ``andabata.evaluation.evaluate.summarise``.
+        rows: Rows of ``andabata.evaluation.offroad_table.summarise``.
         every: Title under which all columns are folded.
         caption: Text above the table.
     """

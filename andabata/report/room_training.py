@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.evaluation.room_drives import RoomDrive, drive_tasks
+from andabata.evaluation.room_drives import RoomAttempt, drive_tasks
 from andabata.evaluation.room_table import task_score
 from andabata.report.columns import several
 from andabata.report.page import Report
@@ -319,7 +319,7 @@ def _last_reached(tests: Sequence[RoomTest]) -> float:
 
 
 def _run_rows(
-    group: Group, driven: Mapping[Path, Mapping[str, list[RoomDrive]]], oracle: Sequence[int]
+    group: Group, driven: Mapping[Path, Mapping[str, list[RoomAttempt]]], oracle: Sequence[int]
 ) -> list[Row]:
     """Return the figures of each run of an actor.
 
@@ -333,7 +333,7 @@ def _run_rows(
         best, total = _best(tests), len(oracle)
         whole = next((test.steps for test in tests if test.reached == total), None)
         drives = [drive for some in driven[run.folder].values() for drive in some]
-        steps = tuple(d.steps if d.outcome is Outcome.GOAL else None for d in drives)
+        steps = tuple(d.detail.steps if d.outcome is Outcome.GOAL else None for d in drives)
         chosen = RoomTest(run.history[-1]["steps"], steps)
         rows.append(
             {
@@ -353,7 +353,7 @@ def _run_rows(
     return rows
 
 
-def _chosen_drives(run: TrainingRun) -> Mapping[str, list[RoomDrive]]:
+def _chosen_drives(run: TrainingRun) -> Mapping[str, list[RoomAttempt]]:
     """Return the drives of a run's chosen policy on the fixed tasks, by room."""
     task, policy = _task(run), run.policy(run.stages[-1].name)
     found = {}

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from andabata.evaluation.room_drives import RoomDrive, drive_tasks, drive_tour
+from andabata.evaluation.room_drives import RoomAttempt, drive_tasks, drive_tour
 from andabata.evaluation.room_moments import watch_cell
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
@@ -79,12 +80,13 @@ _OTHER_ROOMS = (
 )
 
 
-def report_rooms(folder: RoomFolder) -> tuple[Report, dict[str, Any]]:
+def report_rooms(path: Path) -> tuple[Report, dict[str, Any]]:
     """Return a page about an evaluation in rooms, and its figures.
 
     Args:
-        folder: Folder of the evaluation.
+        path: Folder of the evaluation.
     """
+    folder = RoomFolder(path)
     result, config = folder.result, folder.config
     page = Report("Navigation in rooms", ", ".join(dict.fromkeys(config.rooms)))
     tasks = several(config.pairs, "task") if config.pairs else "Fixed tasks"
@@ -112,12 +114,13 @@ def report_rooms(folder: RoomFolder) -> tuple[Report, dict[str, Any]]:
     return _with_moments(page, folder, _rooms(config), data)
 
 
-def report_study(folder: RoomFolder) -> tuple[Report, dict[str, Any]]:
+def report_study(path: Path) -> tuple[Report, dict[str, Any]]:
     """Return a page about a study of a laser, and its figures.
 
     Args:
-        folder: Folder of the study.
+        path: Folder of the study.
     """
+    folder = RoomFolder(path)
     result = folder.result
     rows = result["rows"]
     page = Report("Where to mount the laser")
@@ -326,9 +329,9 @@ def _drivers(folder: RoomFolder, room: Room) -> dict[str, tuple[Policy, Cell]]:
     }
 
 
-def _drive_row(drive: RoomDrive) -> Row:
+def _drive_row(drive: RoomAttempt) -> Row:
     """Return the figures of a drive."""
-    return {"outcome": str(drive.outcome), "steps": drive.steps, "length_m": drive.length}
+    return {"outcome": str(drive.outcome), "steps": drive.detail.steps, "length_m": drive.distance}
 
 
 def _fixed_tasks(room: Room) -> list[RoomTask]:

@@ -54,16 +54,3 @@ def write_drive(
     return {name: value for name, value in data.items() if name not in long} | {
         "picture": str(picture)
     }
-
-
-def write_evaluation(folder: Path, data: Mapping[str, Any], task: str) -> None:
-    """Write an evaluation's table, failures and settings into a folder.
-
-    Args:
-        folder: Folder to write.
-        data: Result of the evaluation, ready for JSON.
-        task: Name of the task: ``offroad`` or ``barn``.
-    """
-    write_json(folder / EVALUATION, data)
-    about = describe("evaluate", data["config"], data["seed"]) | {"task": task}
-    write_json(folder / "run.json", about)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from andabata.evaluation.room_drives import RoomDrive, drive_tasks
+from andabata.evaluation.room_drives import RoomAttempt, drive_tasks
 from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import (
@@ -213,7 +213,7 @@ def _run_row(name: str, run: TrainingRun) -> Row:
 
 def _shown_drives(
     name: str, run: TrainingRun
-) -> tuple[dict[tuple[str, str], list[RoomDrive]], list[Room]]:
+) -> tuple[dict[tuple[str, str], list[RoomAttempt]], list[Room]]:
     """Return drives of a run's policy by plan and room, and the rooms."""
     policy, environment = run.policy(run.stages[-1].name), run.stages[-1].environment
     unseen = environment.unseen.rooms if isinstance(environment, RoomConfig) else ()

@@ -10,7 +10,7 @@ import numpy as np
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine_processes import run_tasks
-from andabata.evaluation.trial import GoalAttempt, run_trial
+from andabata.evaluation.trial import OffroadAttempt, run_trial
 from andabata.machine.pose import Pose
 from andabata.models import Models
 from andabata.navigation.navigator import StepResult
@@ -81,7 +81,7 @@ def report_runs(
     """
     stages = common_stages(runs)
     jobs = [(k, s.name, test) for s in stages for k in range(len(runs)) for test in range(tests)]
-    driven: dict[Test, tuple[GoalAttempt, Sight | None]] = {}
+    driven: dict[Test, tuple[OffroadAttempt, Sight | None]] = {}
     for job, result in run_tasks(partial(_drive, runs, models.to_bytes()), jobs, workers):
         driven[job] = result
         if on_test is not None:
@@ -140,7 +140,7 @@ def _test_robot(environment: OffroadConfig) -> SimulatedRobotConfig:
 
 def _drive(
     runs: Sequence[TrainingRun], files: tuple[bytes, bytes, bytes], job: Test
-) -> tuple[GoalAttempt, Sight | None]:
+) -> tuple[OffroadAttempt, Sight | None]:
     """Return a test drive of a run's stage, and the first virtual scan."""
     number, stage, test = job
     run, environment = runs[number], offroad(runs[number].plan.stages[stage]).unseen
@@ -203,7 +203,7 @@ def _fact(stage: str, rows: Sequence[Row]) -> Fact:
     return Fact(f"{stage}, last episodes", f"{reached} of {played} goals", more)
 
 
-def _test_row(run: str, stage: str, test: int, attempt: GoalAttempt) -> Row:
+def _test_row(run: str, stage: str, test: int, attempt: OffroadAttempt) -> Row:
     """Return the figures of a test drive."""
     return {
         "run": run,
@@ -259,7 +259,7 @@ def _scans(
     page: Report,
     stages: Sequence[StagePlan],
     worlds: Mapping[str, World],
-    driven: Mapping[Test, tuple[GoalAttempt, Sight | None]],
+    driven: Mapping[Test, tuple[OffroadAttempt, Sight | None]],
 ) -> None:
     """Add the first virtual scan of each stage (Figure 13)."""
     page.section("Scans", "The first virtual scan of a test drive, in blue, on the true map.")
@@ -280,7 +280,7 @@ def _tests(
     page: Report,
     runs: Sequence[TrainingRun],
     worlds: Mapping[str, World],
-    driven: Mapping[Test, tuple[GoalAttempt, Sight | None]],
+    driven: Mapping[Test, tuple[OffroadAttempt, Sight | None]],
 ) -> None:
     """Add the test drives after each stage (Figures 14 and 16)."""
     page.section(
@@ -289,7 +289,7 @@ def _tests(
         "Dots are starts, stars goals; a cross is where a drive failed.",
     )
     for stage, world in worlds.items():
-        drives: dict[str, list[GoalAttempt]] = {run.name: [] for run in runs}
+        drives: dict[str, list[OffroadAttempt]] = {run.name: [] for run in runs}
         for (k, name, _), (attempt, _) in driven.items():
             if name == stage:
                 drives[runs[k].name].append(attempt)

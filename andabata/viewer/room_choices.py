@@ -54,9 +54,9 @@ class CellChoices:
         kept = self._folder.drives(_cell(chosen))[int(chosen["drive"])]
         steps = len(drive.moments) - 1
         text = f"{drive.outcome} after {steps} steps"
-        if (str(kept.outcome), kept.steps) == (drive.outcome, steps):
+        if (str(kept.outcome), kept.detail.steps) == (drive.outcome, steps):
             return text
-        return f"{text}; in the evaluation: {kept.outcome} after {kept.steps}"
+        return f"{text}; in the evaluation: {kept.outcome} after {kept.detail.steps}"
 
 
 class BarnChoices:

@@ -8,7 +8,8 @@ from PIL import Image
 from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.settings import resolve
-from andabata.evaluation.evaluate import EvaluationConfig, failure_causes, summarise
+from andabata.evaluation.offroad import EvaluationConfig, attempt_of
+from andabata.evaluation.offroad_table import failure_causes, summarise
 from andabata.report.run_folders import EVALUATION
 from andabata.runs.folder import describe
 from andabata.training.plans import TrainingPlan, load_plan
@@ -85,7 +86,8 @@ def written_evaluation(folder, controllers=("planner", "reactive"), picture=(640
             rows += mine
             name = f"{world}_{40 + trial}_{controllers[1]}_goal2"
             Image.effect_noise(picture, 90).save(folder / f"failures/{name}.png")
-    data = {"rows": summarise(rows, config), "failures": failure_causes(rows), "seed": 0}
+    driven = [attempt_of(row) for row in rows]
+    data = {"rows": summarise(driven, controllers), "failures": failure_causes(driven), "seed": 0}
     data["config"] = config.model_dump(mode="json")
     (folder / EVALUATION).write_text(json.dumps(data, sort_keys=True))
     about = describe("evaluate", data["config"], 0) | {"task": "offroad"}

@@ -1,53 +1,46 @@
-"""Evaluations by the rules of the BARN benchmark with their progress, and their folder."""
+"""Evaluation by the rules of the BARN benchmark, as a command runs it."""
 
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
-from andabata.app.console import Console
+from andabata.app.jobs.evaluation import Evaluation
+from andabata.app.options.evaluation import (
+    BarnEvaluationOptions,
+    RoomPolicyOptions,
+    TrialOptions,
+)
+from andabata.app.run_kinds import BARN, EvaluationRequest
 from andabata.engine import Engine
-from andabata.evaluation.barn import BarnEvaluationConfig, evaluate_barn, world_names
-from andabata.evaluation.barn_table import barn_differences, barn_failures, barn_rows
-from andabata.report.run_folders import write_evaluation
-from andabata.runs.folder import make_folder
+from andabata.evaluation.barn import BarnComparison, BarnEvaluationConfig
+from andabata.evaluation.barn_table import BARN_TABLE, BarnAttempt, barn_failures
 
 _ABOUT = "light simulator: no place in a competition"
 
 
-def run_barn_evaluation(
-    config: BarnEvaluationConfig, engine: Engine, folder: Path | None, console: Console
-) -> dict[str, Any]:
-    """Evaluate navigators and return the tables and the settings, ready for JSON.
+def barn_evaluation(request: EvaluationRequest) -> Evaluation:
+    """Return the evaluation of navigators in fields of cylinders.
 
     Args:
-        config: Worlds, controllers and trials.
-        engine: Engine that does the work.
-        folder: Folder for the journal and the results, or None. An evaluation that was killed goes
-            on from the journal.
-        console: Console that shows the progress.
+        request: Worlds, controllers and trials.
 
     Raises:
-        ValueError: If a folder or file is not as the benchmark has it, or the journal is that of
-            another evaluation.
+        UsageError: If a value of an option is none.
+        BarnFileError: If a folder of worlds is not as the benchmark has it.
     """
-    names = world_names(config)
-    made = make_folder(folder) if folder else None
-    with console.progress("worlds", len(names)) as step:
-        runs = evaluate_barn(
-            config,
-            engine,
-            made / "worlds.jsonl" if made else None,
-            lambda name, _: step(1, name),
-        )
-    data = {
-        "rows": barn_rows(runs),
-        "differences": barn_differences(runs),
-        "failures": barn_failures(runs),
-        "worlds": config.worlds,
-        "about": _ABOUT,
-        "official": config.official,
-        "config": config.model_dump(mode="json"),
-        "seed": config.seed,
-    }
-    if made:
-        write_evaluation(made, data, "barn")
-    return data
+    given = request.given
+    driven, policies = given(TrialOptions), given(RoomPolicyOptions).policy
+    base = given(BarnEvaluationOptions).base(request.seed, driven, policies)
+    config = request.settings.resolve(BarnEvaluationConfig, base)
+
+    def tabulate(runs: Sequence[BarnAttempt], _: Engine) -> dict[str, Any]:
+        return {
+            "rows": BARN_TABLE.rows(runs),
+            "differences": BARN_TABLE.differences(runs),
+            "failures": barn_failures(runs),
+            "worlds": config.worlds,
+            "about": _ABOUT,
+            "official": config.official,
+        }
+
+    comparison, about = BarnComparison(config), {"task": BARN}
+    return Evaluation("evaluate", config, config.seed, comparison, tabulate, about)

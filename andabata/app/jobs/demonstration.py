@@ -13,8 +13,10 @@ from andabata.datasets.generate import generate_dataset
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.engine_processes import ProcessEngine
 from andabata.evaluation.classifier import score_forest
+from andabata.evaluation.comparison import run_comparison
 from andabata.evaluation.drive import Driven, drive_once
-from andabata.evaluation.evaluate import EvaluationConfig, evaluate, summarise
+from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
+from andabata.evaluation.offroad_table import summarise
 from andabata.models import Models, shipped_forest
 from andabata.report.about import add_about
 from andabata.report.classifier import SCORE_COLUMNS
@@ -230,8 +232,9 @@ class Demonstration:
         )
         bar = self._console.progress("trials of the controllers", trials)
         with self._engine() as engine, bar as step:
-            rows = evaluate(config, Models(), engine=engine, on_trial=lambda trial, rows: step())
-        table = summarise(rows, config)
+            comparison = OffroadComparison.of(config, Models())
+            attempts = run_comparison(comparison, engine=engine, on_cell=lambda _: step())
+        table = summarise(attempts, config.controllers)
         self._figures["evaluation"] = table
         self._report.section(
             f"{several(len(config.controllers), 'controller')} side by side",

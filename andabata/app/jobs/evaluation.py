@@ -1,54 +1,84 @@
-"""An evaluation with its progress on the console, and its folder."""
+"""Evaluations of every kind with their progress on the console, and their folders."""
 
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
 from andabata.app.console import Console
 from andabata.engine import Engine
-from andabata.evaluation.evaluate import EvaluationConfig, evaluate, failure_causes, summarise
-from andabata.models import Models
-from andabata.report.plots.drives import failure_picture
-from andabata.report.run_folders import write_evaluation
-from andabata.runs.folder import make_folder
+from andabata.evaluation.attempt import Attempt
+from andabata.evaluation.comparison import Comparison, run_comparison
+from andabata.report.run_folders import EVALUATION
+from andabata.runs import atomic_io
+from andabata.runs.folder import describe, make_folder, write_json
+
+Row = dict[str, Any]
+
+Tabulate = Callable[[Sequence[Attempt[Any]], Engine], Row]
+"""Function that gives the tables of attempts, ready for JSON."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A comparison that a command runs.
+
+    Attributes:
+        verb: Command.
+        config: Settings of the command.
+        seed: Seed of the command.
+        comparison: What is driven.
+        tabulate: Function that gives the tables.
+        about: What ``run.json`` says beside the settings, ready for JSON.
+        files: Bytes of files that the folder keeps beside the result, by their paths in it.
+    """
+
+    verb: str
+    config: BaseModel
+    seed: int
+    comparison: Comparison[Any]
+    tabulate: Tabulate
+    about: Mapping[str, Any]
+    files: Mapping[str, bytes] = field(default_factory=dict)
 
 
 def run_evaluation(
-    config: EvaluationConfig,
-    models: Models,
-    engine: Engine,
-    folder: Path | None,
-    seed: int,
-    console: Console,
-) -> dict[str, Any]:
-    """Evaluate controllers and return the table, the failures and the settings, ready for JSON.
+    evaluation: Evaluation, engine: Engine, folder: Path | None, console: Console
+) -> Row:
+    """Run an evaluation and return its tables and settings, ready for JSON.
 
     Args:
-        config: Worlds, trials and controllers.
-        models: Classifiers and policy.
+        evaluation: What is run.
         engine: Engine that does the work.
-        folder: Folder for the journal, the pictures of failures and the results, or None. An
+        folder: Folder for the journal, the files of the drives and the results, or None. An
             evaluation that was killed goes on from the journal.
-        seed: Seed of the command.
         console: Console that shows the progress.
-    """
-    made = make_folder(folder) if folder else None
 
-    with console.progress("trials", len(config.scenarios)) as step:
-        rows = evaluate(
-            config,
-            models,
+    Raises:
+        ValueError: If the journal is that of another evaluation, or a drive is refused.
+    """
+    made, comparison = make_folder(folder) if folder else None, evaluation.comparison
+    with console.progress(comparison.unit, len(comparison.cells())) as step:
+        attempts = run_comparison(
+            comparison,
             engine=engine,
-            journal=made / "trials.jsonl" if made else None,
-            pictures=make_folder(made / "failures") if made else None,
-            draw_failure=failure_picture,
-            on_trial=lambda _, rows: step(1, f"world {rows[0]['world_seed']}"),
+            folder=made,
+            on_cell=lambda cell: step(1, comparison.label(cell)),
         )
-    data = {
-        "rows": summarise(rows, config),
-        "failures": failure_causes(rows),
-        "config": config.model_dump(mode="json"),
-        "seed": seed,
-    }
+    data = evaluation.tabulate(attempts, engine)
+    data |= {"config": evaluation.config.model_dump(mode="json"), "seed": evaluation.seed}
     if made:
-        write_evaluation(made, data, "offroad")
+        _write(evaluation, made, data)
     return data
+
+
+def _write(evaluation: Evaluation, folder: Path, data: Row) -> None:
+    """Write the files, the result and the settings of an evaluation into its folder."""
+    for name, content in evaluation.files.items():
+        make_folder((folder / name).parent)
+        atomic_io.write(folder / name, content)
+    write_json(folder / EVALUATION, data)
+    about = describe(evaluation.verb, data["config"], evaluation.seed)
+    write_json(folder / "run.json", about | dict(evaluation.about))

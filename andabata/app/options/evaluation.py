@@ -1,4 +1,4 @@
-"""Groups of options of ``andabata evaluate`` and ``andabata lidar-study``; see ``shared``."""
+"""Groups of options of ``andabata evaluate`` and ``andabata lidar-study``; see ``options``."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from worlds.splits import EVALUATIONS
 if TYPE_CHECKING:
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.evaluation.barn import BarnEvaluationConfig
-    from andabata.evaluation.evaluate import EvaluationConfig
+    from andabata.evaluation.offroad import EvaluationConfig
     from andabata.evaluation.rooms import RoomEvaluationConfig
     from andabata.models import Models
     from andabata.tasks.rooms.catalogue import RoomTaskConfig
@@ -120,7 +120,7 @@ class OffroadEvaluationOptions:
         """
         from andabata.assembly.controllers import CONTROLLERS
         from andabata.configuration.usage import words
-        from andabata.evaluation.evaluate import EvaluationConfig
+        from andabata.evaluation.offroad import EvaluationConfig
         from worlds.catalogue import UnknownWorldError, preset_names
         from worlds.world_files import SUFFIX, is_world_file
 

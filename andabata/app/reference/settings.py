@@ -21,8 +21,8 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.field_paths import models_in
 from andabata.datasets.labelled_cloud import CloudsConfig
 from andabata.evaluation.barn import BarnEvaluationConfig
-from andabata.evaluation.evaluate import EvaluationConfig
 from andabata.evaluation.lidar_study import LidarStudyConfig
+from andabata.evaluation.offroad import EvaluationConfig
 from andabata.evaluation.rooms import RoomEvaluationConfig
 from andabata.training.distillation import DistillationConfig
 from andabata.training.forest_adaptation import DriveAdaptationConfig

@@ -5,30 +5,17 @@ from typing import Annotated
 
 import typer
 
-from andabata.app.command import command
-from andabata.app.options.evaluation import (
-    BarnEvaluationOptions,
-    EvaluationModelOptions,
-    OffroadEvaluationOptions,
-    RoomEvaluationOptions,
-    TrialOptions,
-)
+from andabata.app.command import Given, OptionGroups, command
+from andabata.app.options.evaluation import EvaluationModelOptions
 from andabata.app.options.shared import (
-    ClassifierOptions,
     ConsoleOptions,
     EngineOptions,
     EvaluationSeed,
     RobotOptions,
     SettingsOptions,
 )
-from andabata.app.options.task import (
-    BARN,
-    OFFROAD,
-    EvaluationTaskName,
-    check_task,
-    refuse_options,
-)
-from andabata.tasks.registration import ROOM_TASK_NAMES
+from andabata.app.options.task import EvaluationTaskName
+from andabata.app.run_kinds import OFFROAD, EvaluationRequest, kind_of_task, option_groups
 
 
 @command
@@ -38,10 +25,7 @@ def evaluate(
     out: Annotated[
         Path | None, typer.Option(help="Folder for the table; a killed evaluation goes on there.")
     ] = None,
-    driven: TrialOptions,
-    offroad: OffroadEvaluationOptions,
-    rooms: RoomEvaluationOptions,
-    barn: BarnEvaluationOptions,
+    own: Annotated[Given, OptionGroups(option_groups("evaluate"))],
     robot: RobotOptions,
     settings: SettingsOptions,
     models: EvaluationModelOptions,
@@ -62,39 +46,12 @@ def evaluate(
         andabata evaluate --task barn --controllers arcs,gap --trials 1
         andabata evaluate --task td3 --policy heading --rooms clutter-movers-7300
     """
-    from andabata.app.barn_tables import barn_tables
-    from andabata.app.jobs.barn import run_barn_evaluation
     from andabata.app.jobs.evaluation import run_evaluation
-    from andabata.app.jobs.rooms import run_room_evaluation
-    from andabata.app.tables import evaluation_tables, room_tables
-    from andabata.evaluation.barn import BarnEvaluationConfig
-    from andabata.evaluation.evaluate import EvaluationConfig
-    from andabata.evaluation.rooms import RoomEvaluationConfig
     from andabata.runs.lock import locked_folder
 
-    check_task(task, (OFFROAD, *ROOM_TASK_NAMES, BARN))
-    console = output.console()
-    off_road = (offroad, OffroadEvaluationOptions), (robot, RobotOptions)
-    in_rooms, in_fields = (rooms, RoomEvaluationOptions), (barn, BarnEvaluationOptions)
-    if task == BARN:
-        refuse_options(task, (*off_road, (models, ClassifierOptions)))
-        refuse_options(task, (in_rooms,), " or ".join(ROOM_TASK_NAMES))
-        fields = settings.resolve(BarnEvaluationConfig, barn.base(seed, driven, models.policy))
-        with locked_folder(out), engine.make(console) as made:
-            data = run_barn_evaluation(fields, made, out, console)
-        console.result(data, barn_tables(data))
-        return
-    refuse_options(task, (in_fields,), BARN)
-    if task != OFFROAD:
-        refuse_options(task, (*off_road, (driven, TrialOptions), (models, ClassifierOptions)))
-        wanted = settings.resolve(RoomEvaluationConfig, rooms.base(task, seed))
-        policies = models.load_policies(wanted.task)
-        with locked_folder(out), engine.make(console) as made:
-            data = run_room_evaluation(wanted, policies, made, out, console)
-        console.result(data, room_tables(data))
-        return
-    refuse_options(task, (in_rooms,))
-    config = settings.resolve(EvaluationConfig, offroad.base(robot.base(), seed, driven))
+    kind, console = kind_of_task("evaluate", task), output.console()
+    given = own | Given(robot, models)
+    evaluation = kind.start(EvaluationRequest(task, given, settings, seed, out is not None))
     with locked_folder(out), engine.make(console) as made:
-        data = run_evaluation(config, models.load(), made, out, seed, console)
-    console.result(data, evaluation_tables(data["rows"]))
+        data = run_evaluation(evaluation, made, out, console)
+    console.result(data, kind.function("table")(data))

@@ -47,7 +47,8 @@ def lidar_study(
         andabata lidar-study --lidar front-180 --pairs 50 --out data/runs/study
         andabata lidar-study --set forward=[0.02,0.04] --set turned=[] --json
     """
-    from andabata.app.jobs.rooms import run_lidar_study
+    from andabata.app.jobs import rooms as room_evaluation
+    from andabata.app.jobs.evaluation import run_evaluation
     from andabata.app.options.room_words import lidar_word, room_words
     from andabata.app.tables import study_table
     from andabata.configuration.usage import UsageError
@@ -67,7 +68,7 @@ def lidar_study(
         }
     )
     console, config = output.console(), settings.resolve(LidarStudyConfig, base)
-    loaded = policies.load_policies(config.task)
+    study = room_evaluation.lidar_study(config, policies.load_policies(config.task))
     with locked_folder(out), engine.make(console) as made:
-        data = run_lidar_study(config, loaded, made, out, console)
-    console.result(data, study_table(data["rows"]), data["advice"])
+        data = run_evaluation(study, made, out, console)
+    console.result(data, study_table(data), data["advice"])

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from andabata.app.command import command
+from andabata.app.command import Given, command
 from andabata.app.options.shared import (
     ClassifierOptions,
     ConsoleOptions,
@@ -14,8 +14,9 @@ from andabata.app.options.shared import (
     Seed,
     SettingsOptions,
 )
-from andabata.app.options.task import OFFROAD, TaskName, check_task, refuse_options
+from andabata.app.options.task import TaskName
 from andabata.app.options.training import TrainingOptions
+from andabata.app.run_kinds import OFFROAD, kind_of_task, refuse_foreign
 
 
 @command
@@ -45,9 +46,7 @@ def train(
     from andabata.app.jobs.training import runs_summary, train_seeds
     from andabata.app.tables import training_text
 
-    check_task(task)
-    if task != OFFROAD:
-        refuse_options(task, ((robot, RobotOptions), (models, ClassifierOptions)))
+    refuse_foreign(kind_of_task("train", task), task, Given(robot, models))
     plan, console = training.plan(task, robot, settings), output.console()
     stages = training.chosen(plan)
     with engine.make(console) as made:

@@ -24,7 +24,7 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.bench.table import Row, markdown_table
 from andabata.engine_processes import run_tasks
-from andabata.evaluation.trial import GoalAttempt, run_trial
+from andabata.evaluation.trial import OffroadAttempt, run_trial
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.planning.local_planner import LocalPlanner
@@ -93,7 +93,7 @@ class RockDrive:
     readings: tuple[MapReading, ...]
     clear_cells: int
     false_walls: int
-    attempts: tuple[GoalAttempt, ...]
+    attempts: tuple[OffroadAttempt, ...]
 
 
 class MapProbe:

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch
 from numpy.typing import NDArray
 
-from andabata.evaluation.evaluate import Failure
-from andabata.evaluation.trial import GoalAttempt
+from andabata.evaluation.offroad import Failure
+from andabata.evaluation.trial import OffroadAttempt
 from andabata.machine.pose import Pose
 from andabata.report.plots.axes import draw_ranges, png
 from andabata.tasks.episode_monitor import Outcome
@@ -133,7 +133,9 @@ def drive_figure(
     return figure
 
 
-def tests_figure(world: World, drives: Mapping[str, Sequence[GoalAttempt]], title: str) -> Figure:
+def tests_figure(
+    world: World, drives: Mapping[str, Sequence[OffroadAttempt]], title: str
+) -> Figure:
     """Return drives in one world from above, on the true map, with a cross at each failure.
 
     Args:
@@ -177,9 +179,9 @@ def sights_figure(sights: Mapping[str, tuple[World, Pose, VirtualScan]], grid: P
 
 def failure_picture(failure: Failure) -> tuple[str, bytes]:
     """Return the picture of a failure, named after world, controller and goal."""
-    row = failure.row
-    name = f"{row['world']}_{row['world_seed']}_{row['controller']}_goal{row['goal']}"
-    title = f"{name}: {row['outcome']}, {row['cause']}"
+    attempt, detail = failure.attempt, failure.attempt.detail
+    name = f"{attempt.scenario}_{detail.world_seed}_{attempt.contender}_goal{detail.goal}"
+    title = f"{name}: {attempt.outcome}, {detail.cause}"
     return f"{name}.png", png(failure_figure(failure, title))
 
 

@@ -37,7 +37,7 @@ def goals_figure(rows: Sequence[Row], paper: Mapping[str, Mapping[str, Sequence[
     """Return success by goal with 95 % intervals, a panel a world (Sanchez et al., Table 4).
 
     Args:
-        rows: Rows of ``andabata.evaluation.evaluate.summarise``.
+        rows: Rows of ``andabata.evaluation.offroad_table.summarise``.
         paper: Rates of the paper by world and name, one a goal; drawn hollow.
     """
     worlds = list(dict.fromkeys(row["world"] for row in rows))
@@ -168,7 +168,7 @@ def scores_figure(rows: Sequence[Row]) -> Figure:
     """Return the scores of navigators with their 95 % intervals.
 
     Args:
-        rows: Rows of ``andabata.evaluation.barn_table.barn_rows``.
+        rows: Rows of ``andabata.evaluation.barn_table.BARN_TABLE``.
     """
     figure = Figure(figsize=(9.2, 0.36 * len(rows) + 1.4), layout="constrained")
     axes = figure.add_subplot()

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from andabata.evaluation.room_drives import RoomDrive
+from andabata.evaluation.room_drives import RoomAttempt
 from andabata.report.plots.drive_traces import COLOURS
 from andabata.report.plots.rooms import draw_room
 from andabata.tasks.terminations import Outcome
@@ -47,7 +47,7 @@ NO_MOVERS: Mapping[str, Movers] = MappingProxyType({})
 
 
 def room_film(
-    drives: Mapping[str, Sequence[RoomDrive]],
+    drives: Mapping[str, Sequence[RoomAttempt]],
     room: Room,
     radius: float,
     movers: Mapping[str, Movers] = NO_MOVERS,
@@ -121,7 +121,12 @@ def _draw_movers(pen: ImageDraw.ImageDraw, place: Place, movers: Movers) -> None
 
 
 def _draw_robot(
-    pen: ImageDraw.ImageDraw, place: Place, drive: RoomDrive, step: int, radius: float, colour: str
+    pen: ImageDraw.ImageDraw,
+    place: Place,
+    drive: RoomAttempt,
+    step: int,
+    radius: float,
+    colour: str,
 ) -> None:
     """Draw a robot at a step with its trail and its goal; one that failed turns red."""
     rgb = tuple(round(255 * part) for part in to_rgb(colour))
@@ -130,7 +135,7 @@ def _draw_robot(
     corners = np.column_stack([path, np.ones(len(path))]) @ place.T
     if len(corners) > 1:
         pen.line([(float(x), float(y)) for x, y in corners], fill=rgb, width=2)
-    goal_x, goal_y = place @ [*drive.task.goal, 1.0]
+    goal_x, goal_y = place @ [*drive.detail.task.goal, 1.0]
     pen.line((goal_x - 4, goal_y, goal_x + 4, goal_y), fill=rgb, width=2)
     pen.line((goal_x, goal_y - 4, goal_x, goal_y + 4), fill=rgb, width=2)
     x, y = corners[-1]

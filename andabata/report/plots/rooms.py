@@ -16,7 +16,7 @@ from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
 from matplotlib.path import Path as MplPath
 from numpy.typing import NDArray
 
-from andabata.evaluation.room_drives import RoomDrive
+from andabata.evaluation.room_drives import RoomAttempt
 from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.support_points import SupportPoints
 from andabata.machine.planar.lidar import PlanarLidarConfig
@@ -56,12 +56,12 @@ _LONG = 160
 _LEGS = ("#1540c4", "#d98e32", "#2f7d32", "#8a3fb0", "#d0006f", "#00838f")
 """Colours of the legs of a tour."""
 
-Moments = Sequence[tuple[RoomDrive, Sequence[SupportPoints]]]
+Moments = Sequence[tuple[RoomAttempt, Sequence[SupportPoints]]]
 """Drives with the support points at some moments of each."""
 
 
 def trajectories_figure(
-    drives: Mapping[tuple[str, str], Sequence[RoomDrive]], rooms: Sequence[Room], title: str
+    drives: Mapping[tuple[str, str], Sequence[RoomAttempt]], rooms: Sequence[Room], title: str
 ) -> Figure:
     """Return paths and ends, a row a laser and a column a room (Fig. 7).
 
@@ -164,7 +164,7 @@ def support_points_figure(found: Mapping[str, Moments], room: Room, title: str) 
     return figure
 
 
-def tour_figure(drives: Mapping[str, Sequence[RoomDrive]], room: Room, title: str) -> Figure:
+def tour_figure(drives: Mapping[str, Sequence[RoomAttempt]], room: Room, title: str) -> Figure:
     """Return a tour of several goals in a row, a panel a driver (Fig. 10a).
 
     Args:
@@ -181,7 +181,7 @@ def tour_figure(drives: Mapping[str, Sequence[RoomDrive]], room: Room, title: st
             _draw_goal(axes, leg, f"G{k + 1}", colour)
             _draw_end(axes, leg)
         _draw_start(axes, legs[0])
-        steps = sum(leg.steps for leg in legs)
+        steps = sum(leg.detail.steps for leg in legs)
         reached = sum(leg.outcome is Outcome.GOAL for leg in legs)
         axes.set_title(f"{name}: {reached} of {len(room.tasks)} goals in {steps} steps", fontsize=9)
     figure.suptitle(title, fontsize=11)
@@ -189,7 +189,7 @@ def tour_figure(drives: Mapping[str, Sequence[RoomDrive]], room: Room, title: st
     return figure
 
 
-def sudden_figure(drives: Mapping[str, RoomDrive], room: Room, title: str) -> Figure:
+def sudden_figure(drives: Mapping[str, RoomAttempt], room: Room, title: str) -> Figure:
     """Return drives past obstacles that appear, each with its moment, a panel a driver (Fig. 10b).
 
     Args:
@@ -207,13 +207,13 @@ def sudden_figure(drives: Mapping[str, RoomDrive], room: Room, title: str) -> Fi
         _draw_start(axes, drive)
         _draw_end(axes, drive)
         ending = _END_STYLES[drive.outcome]["label"]
-        axes.set_title(f"{name}: {ending} after {drive.steps} steps", fontsize=9)
+        axes.set_title(f"{name}: {ending} after {drive.detail.steps} steps", fontsize=9)
     figure.suptitle(title, fontsize=11)
     _end_legend(figure)
     return figure
 
 
-def moment_of(drive: RoomDrive, one: MoverPlan) -> int | None:
+def moment_of(drive: RoomAttempt, one: MoverPlan) -> int | None:
     """Return the control step after which an obstacle appeared to a robot, None if it did not."""
     due = (k for k, (x, y) in enumerate(drive.path[:-1, :2].tolist()) if one.is_due(x, y))
     return next(due, None)
@@ -271,7 +271,7 @@ def _outlines(edges: NDArray[np.float64]) -> MplPath:
     return MplPath(corners, codes)
 
 
-def _draw_drives(axes: Axes, drives: Sequence[RoomDrive]) -> None:
+def _draw_drives(axes: Axes, drives: Sequence[RoomAttempt]) -> None:
     """Draw paths with their ends, failures on top; few paths are drawn bolder."""
     width = 1.4 if len(drives) <= _FEW else 0.6
     for drive in drives:
@@ -280,7 +280,7 @@ def _draw_drives(axes: Axes, drives: Sequence[RoomDrive]) -> None:
         _draw_end(axes, drive, 4.5)
 
 
-def _draw_end(axes: Axes, drive: RoomDrive, size: float = 8) -> None:
+def _draw_end(axes: Axes, drive: RoomAttempt, size: float = 8) -> None:
     """Draw how a drive ended."""
     whole = _HIT_STYLE if drive.contact in _HITS else _END_STYLES[drive.outcome]
     style = {name: whole[name] for name in ("marker", "color")}
@@ -288,14 +288,16 @@ def _draw_end(axes: Axes, drive: RoomDrive, size: float = 8) -> None:
     axes.plot(*drive.path[-1, :2], linestyle="", markersize=size, zorder=over, **style)
 
 
-def _draw_goal(axes: Axes, drive: RoomDrive, name: str, colour: str = "#222222") -> None:
+def _draw_goal(axes: Axes, drive: RoomAttempt, name: str, colour: str = "#222222") -> None:
     """Draw a goal with its name."""
-    axes.plot(*drive.task.goal, "+", color=colour, markersize=11, markeredgewidth=2, zorder=6)
+    axes.plot(
+        *drive.detail.task.goal, "+", color=colour, markersize=11, markeredgewidth=2, zorder=6
+    )
     offset: dict[str, Any] = {"textcoords": "offset points", "xytext": (6, 5), "fontsize": 9}
-    axes.annotate(name, drive.task.goal, color=colour, **offset)
+    axes.annotate(name, drive.detail.task.goal, color=colour, **offset)
 
 
-def _draw_start(axes: Axes, drive: RoomDrive, name: str = "S") -> None:
+def _draw_start(axes: Axes, drive: RoomAttempt, name: str = "S") -> None:
     """Draw the start with its name and an arrow ahead."""
     x, y, yaw = drive.path[0].tolist()
     axes.plot(x, y, "o", color="black", markersize=6, zorder=6)
@@ -320,7 +322,7 @@ def _draw_moment(axes: Axes, moment: SupportPoints, colour: Any, marker: str) ->
         axes.plot(*place, linestyle="", markersize=size, alpha=0.75, zorder=3, **style)
 
 
-def _draw_appearance(axes: Axes, drive: RoomDrive, one: MoverPlan, number: int) -> None:
+def _draw_appearance(axes: Axes, drive: RoomAttempt, one: MoverPlan, number: int) -> None:
     """Draw an obstacle that appears, and the robot at that moment."""
     x, y, radius = one.circle
     step = moment_of(drive, one)
@@ -384,7 +386,7 @@ def _end_legend(figure: Figure, bars: bool = False, hits: bool = False) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=len(styles), fontsize=9)
 
 
-def _counts(drives: Sequence[RoomDrive]) -> str:
+def _counts(drives: Sequence[RoomAttempt]) -> str:
     """Return how many drives ended how, in words."""
     ends = [drive.outcome for drive in drives]
     return ", ".join(

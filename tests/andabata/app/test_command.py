@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 from typing import Annotated
 
+import pytest
 import typer
 
-from andabata.app.command import command, examples, help_text
+from andabata.app.command import Given, OptionGroups, command, examples, help_text
 
 Number = Annotated[int, typer.Option("--number", help="A number.")]
 
@@ -46,6 +47,38 @@ def test_a_parameter_may_have_the_name_of_a_field_of_its_group():
 
     run(act, "--number", "7")
     assert found == [Numbers(7, "a")]
+
+
+@dataclass(frozen=True)
+class Letters:
+    """Group of one option."""
+
+    letter: Annotated[str, typer.Option(help="A letter.")] = "x"
+
+
+def test_one_parameter_may_stand_for_several_groups():
+    """It is given the values of all, which are found by their groups."""
+    found = []
+
+    def act(*, own: Annotated[Given, OptionGroups((Numbers, Letters))], last: int = 9) -> None:
+        found.append((own(Numbers), own(Letters), last))
+
+    run(act, "--letter", "y", "--number", "5", "--last", "3")
+    assert found == [(Numbers(5, "a"), Letters("y"), 3)]
+
+
+def test_groups_are_found_by_those_that_they_are_part_of():
+    """A larger group stands for the smaller one; one that is not there is an error."""
+
+    @dataclass(frozen=True)
+    class More(Letters):
+        """Larger group."""
+
+    both = Given(Numbers()) | Given(More("z"))
+    assert both(Letters) == More("z")
+    assert both(Numbers) == Numbers()
+    with pytest.raises(KeyError, match="Letters"):
+        Given(Numbers())(Letters)
 
 
 def test_options_stand_in_the_order_of_the_function():

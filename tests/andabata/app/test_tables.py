@@ -85,7 +85,7 @@ def test_each_world_of_an_evaluation_has_its_table(capsys):
         "trespass_share": 0.015,
     }
     rows = [row | {"world": "hill"}, row | {"world": "maze", "trespass_share": None}]
-    lines = printed(capsys, evaluation_tables(rows))
+    lines = printed(capsys, evaluation_tables({"rows": rows}))
     numbers = ["policy+planner", "all", "1/4", "0.10-0.60", "2", "0", "1", "0", "0.20"]
     assert lines[0] == "hill"
     assert lines[3].split() == [*numbers, "1.5", "%"]
@@ -113,11 +113,12 @@ def test_collisions_that_walkers_caused_stand_apart(capsys):
         "trespass_share": 0.001,
         "world": "natural-walkers",
     }
-    lines = printed(capsys, evaluation_tables([row]))
+    lines = printed(capsys, evaluation_tables({"rows": [row]}))
     assert lines[0].startswith("natural-walkers. hit: by the robot + by walkers")
     assert "1+3" in lines[3].split()
     assert max(map(len, lines)) <= 80
-    plain = printed(capsys, evaluation_tables([row | {"hit_by_mover": 0, "hit_at_rest": 0}]))
+    row |= {"hit_by_mover": 0, "hit_at_rest": 0}
+    plain = printed(capsys, evaluation_tables({"rows": [row]}))
     assert plain[0] == "natural-walkers"
     assert "4" in plain[3].split()
 

@@ -8,12 +8,14 @@ import pytest
 from andabata.evaluation import barn
 from andabata.evaluation.barn import (
     FIRST_JUDGING,
+    BarnComparison,
     BarnEvaluationConfig,
     drive_barn_run,
-    evaluate_barn,
     load_world,
     world_names,
 )
+from andabata.evaluation.comparison import run_comparison
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
 from andabata.navigation.planar.null_navigators import StraightNavigator
@@ -24,36 +26,39 @@ from worlds.sdf.barn import BarnFileError
 BLIND = BarnEvaluationConfig(count=3, trials=2, controllers=("straight", "random"))
 
 
+def drive_all(config, **settings):
+    """Return the runs of an evaluation."""
+    return run_comparison(BarnComparison(config), **settings)
+
+
 def test_every_controller_drives_every_world_as_often():
     """By world, controller and trial; trials of a world differ in their noise."""
-    runs = evaluate_barn(BLIND)
-    seen = [(run.world, run.controller, run.trial) for run in runs]
+    runs = drive_all(BLIND)
+    seen = [(run.scenario, run.contender, run.repetition) for run in runs]
     names = [f"barn-{FIRST_JUDGING + k}" for k in range(3)]
     assert seen == [(w, c, t) for w in names for c in ("straight", "random") for t in (0, 1)]
-    assert len({run.left for run in runs}) == len(runs)
-    assert evaluate_barn(BLIND) == runs
+    assert len({run.detail.left for run in runs}) == len(runs)
+    assert drive_all(BLIND) == runs
 
 
 def test_a_controller_alone_drives_as_beside_others():
     """Worlds and noise depend on neither the list of controllers nor the number of worlds."""
-    runs = [run for run in evaluate_barn(BLIND) if run.controller == "random"]
+    runs = [run for run in drive_all(BLIND) if run.contender == "random"]
     alone = BLIND.model_copy(update={"controllers": ("random",), "count": 2, "trials": 1})
-    assert evaluate_barn(alone) == [run for run in runs if run.trial == 0][:2]
+    assert drive_all(alone) == [run for run in runs if run.repetition == 0][:2]
 
 
 def test_a_killed_evaluation_goes_on(tmp_path):
     """Worlds of the journal are not driven again, and the result is the same."""
-    whole, journal = evaluate_barn(BLIND, journal=tmp_path / "a"), tmp_path / "b"
-    lines = (tmp_path / "a").read_text().splitlines()
+    whole, journal = drive_all(BLIND, folder=tmp_path), tmp_path / "worlds.jsonl"
+    text = journal.read_text()
+    lines = text.splitlines()
     assert len(lines) == 1 + 3
     journal.write_text("\n".join([*lines[:2], lines[2][:40]]))
-    seen = []
-    again = evaluate_barn(BLIND, journal=journal, on_world=lambda *each: seen.append(each))
-    assert again == whole
-    assert [runs is None for _, runs in seen] == [True, False, False]
-    assert journal.read_text() == (tmp_path / "a").read_text()
+    assert drive_all(BLIND, folder=tmp_path) == whole
+    assert journal.read_text() == text
     with pytest.raises(ValueError, match="journal of this run, got one that differs in con"):
-        evaluate_barn(BLIND.model_copy(update={"seed": 1}), journal=journal)
+        drive_all(BLIND.model_copy(update={"seed": 1}), folder=tmp_path)
 
 
 def test_worlds_of_a_folder_and_their_changes(tmp_path):
@@ -61,11 +66,11 @@ def test_worlds_of_a_folder_and_their_changes(tmp_path):
     folder = write_world(tmp_path / "worlds", 7)
     config = BLIND.model_copy(update={"worlds": str(folder), "controllers": ("straight",)})
     assert world_names(config) == ("world_7",)
-    first = evaluate_barn(config, journal=tmp_path / "journal")
-    assert [run.world for run in first] == ["world_7", "world_7"]
+    first = drive_all(config, folder=tmp_path)
+    assert [run.scenario for run in first] == ["world_7", "world_7"]
     write_world(folder, 7, path=((1, 0), (29, 29)))
     with pytest.raises(ValueError, match="differs in files"):
-        evaluate_barn(config, journal=tmp_path / "journal")
+        drive_all(config, folder=tmp_path)
     with pytest.raises(BarnFileError, match="expected a folder"):
         world_names(config.model_copy(update={"worlds": str(tmp_path / "none")}))
 
@@ -115,3 +120,13 @@ def test_settings_go_through_json():
     config = BarnEvaluationConfig(vehicle=PLANAR_VEHICLES["barn-drawn"])
     again = BarnEvaluationConfig.model_validate(json.loads(config.model_dump_json()))
     assert again == config
+
+
+def test_a_run_has_its_path_and_what_it_touched():
+    """The robot that goes straight ahead ends at a cylinder; its distance is that of its path."""
+    run = drive_barn_run(BLIND, barn_world(FIRST_JUDGING), "w", "straight", 1)
+    assert (run.contender, run.scenario, run.repetition) == ("straight", "w", 1)
+    assert run.contact is (Contact.NONE if run.is_success else Contact.OBSTACLE)
+    assert run.path.shape == (len(run.path), 3)
+    ends = np.hypot(*(run.path[-1, :2] - run.path[0, :2]))
+    assert run.distance == pytest.approx(ends, rel=0.05)

@@ -8,8 +8,9 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.drive import Driven, Recording, digest, drive_once
-from andabata.evaluation.trial import GoalAttempt
+from andabata.evaluation.trial import OffroadMeasures
 from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.simulator import SensingConfig
 from andabata.tasks.episode_monitor import Outcome
@@ -66,18 +67,21 @@ def test_the_command_refuses_a_goal_outside(capsys):
 
 
 def attempt(goal, outcome):
-    return GoalAttempt(
+    measures = OffroadMeasures(
         goal=goal,
-        outcome=outcome,
-        time=10.0,
-        distance=4.0,
-        shortest=2.0,
+        goals=2,
+        goal_place=(goal, 0.0),
+        end=(goal, 1.23456),
+        world_seed=0,
+        difficulty=0.0,
+        cause="",
         forbidden_distance=0.25,
         steering_variation=0.5,
         energy=None,
         min_clearance=0.75,
-        path=np.array([[goal, 0.0, 0.0], [goal, 1.23456, 0.0]]),
     )
+    path = np.array([[goal, 0.0, 0.0], [goal, 1.23456, 0.0]])
+    return Attempt("policy", "made", 0, outcome, Contact.NONE, 10.0, 4.0, 2.0, measures, path)
 
 
 @pytest.mark.parametrize(

@@ -40,12 +40,15 @@ def test_a_straight_way_takes_the_steps_of_its_length():
     """0.1 m a step until less than 0.3 m are left; the box stops the robot at its radius."""
     reached, hit = drive_tasks(proportional(), TASK, [AHEAD, INTO_THE_BOX])
     assert reached.outcome is Outcome.GOAL
-    assert reached.steps == 13
-    assert reached.length == pytest.approx(1.3)
+    assert reached.detail.steps == 13
+    assert reached.distance == pytest.approx(1.3)
     np.testing.assert_allclose(reached.path[:, 0], 0.1 * np.arange(14), atol=1e-9)
     assert hit.outcome is Outcome.COLLISION
     assert -1.3 <= hit.path[-1, 1] <= -1.2 + 1e-9
-    assert hit.task == INTO_THE_BOX
+    assert hit.detail.task == INTO_THE_BOX
+    names = [(each.scenario, each.repetition) for each in (reached, hit)]
+    assert names == [("spn-env0", 0), ("spn-env0", 1)]
+    assert reached.time == pytest.approx(13 * TASK.robot.period)
     assert (reached.contact, hit.contact) == (Contact.NONE, Contact.OBSTACLE)
 
 
@@ -55,7 +58,7 @@ def test_each_drive_is_the_same_alone_and_beside_others(monkeypatch):
     together = drive_tasks(proportional(), TASK, tasks)
     monkeypatch.setattr("andabata.evaluation.room_drives._BATCH", 2)
     for one, other in zip(together, drive_tasks(proportional(), TASK, tasks), strict=True):
-        assert (one.outcome, one.steps) == (other.outcome, other.steps)
+        assert (one.outcome, one.detail.steps) == (other.outcome, other.detail.steps)
         np.testing.assert_array_equal(one.path, other.path)
 
 
@@ -71,7 +74,7 @@ def test_observers_see_every_state_before_its_step(monkeypatch):
     )
     for k, drive in enumerate(drives):
         mine = [state for number, state in seen if number == k]
-        assert len(mine) == drive.steps
+        assert len(mine) == drive.detail.steps
     goal = TASK.observations.slice_of("goal")
     first = next(state for number, state in seen if number == 2)
     np.testing.assert_allclose(first[goal], [1.55 / 5, 1, 0], atol=1e-6)
@@ -81,7 +84,7 @@ def test_goals_come_in_the_form_that_the_policy_reads():
     """A policy of polar goals drives the same way in a task of the other form."""
     polar = TASK.model_copy(update={"goal_encoding": "polar"})
     (one,) = drive_tasks(proportional(polar), TASK, [AHEAD])
-    assert (one.outcome, one.steps) == (Outcome.GOAL, 13)
+    assert (one.outcome, one.detail.steps) == (Outcome.GOAL, 13)
     assert fitted(proportional(polar), TASK)[1].goal_encoding == "polar"
 
 
@@ -89,8 +92,8 @@ def test_drives_go_through_a_file():
     """Drives of a file are those that were written, but for rounded paths."""
     drives = drive_tasks(proportional(), TASK, [AHEAD, INTO_THE_BOX])
     found = drives_from_bytes(drives_to_bytes(drives), "x.npz")
-    assert [(d.task, d.outcome, d.steps, d.contact) for d in found] == [
-        (d.task, d.outcome, d.steps, d.contact) for d in drives
+    assert [(d.detail.task, d.outcome, d.detail.steps, d.contact) for d in found] == [
+        (d.detail.task, d.outcome, d.detail.steps, d.contact) for d in drives
     ]
     for one, other in zip(found, drives, strict=True):
         np.testing.assert_allclose(one.path, other.path, atol=1e-6)

@@ -1,16 +1,20 @@
 """Evaluation in rooms: the same tasks for all, rows that do not depend on each other, resuming."""
 
+import json
+
 import numpy as np
 import pytest
 
 from andabata.evaluation import rooms as evaluation
+from andabata.evaluation.comparison import run_comparison
+from andabata.evaluation.room_drives import drives_from_bytes
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import (
     OracleQuery,
+    RoomComparison,
     RoomEvaluationConfig,
     alike,
     cell_task,
-    drive_cells,
     evaluate_rooms,
     judged_task,
     oracle_of,
@@ -133,32 +137,39 @@ def test_a_map_is_another_memory():
     assert mapped["successes"] >= reactive["successes"] + 2
 
 
-def test_a_killed_evaluation_goes_on(tmp_path, monkeypatch):
-    """Cells of the journal are told at once and not driven again; the measures are the same."""
-    path, driven = tmp_path / "cells.jsonl", []
-    first = drive_cells(small(), POLICIES, journal=path, on_cell=lambda *each: driven.append(each))
-    assert len(driven) == 4
+def test_a_killed_evaluation_goes_on(tmp_path):
+    """Cells of the journal are told at once; measures and files are the same."""
+    comparison, told = RoomComparison.of(small(), POLICIES), []
+    first = run_comparison(comparison, folder=tmp_path)
+    path, drives = tmp_path / "cells.jsonl", tmp_path / "drives"
     lines = path.read_text().splitlines()
+    assert len(lines) == 1 + 4
     path.write_text("\n".join(lines[:3]) + "\n" + lines[3][:40])  # A kill in the third cell.
-    driven.clear()
-    again = drive_cells(small(), POLICIES, journal=path, on_cell=lambda *each: driven.append(each))
+    (drives / "0.npz").unlink()
+    (drives / "3.npz").unlink()
+    again = run_comparison(comparison, folder=tmp_path, on_cell=told.append)
     assert again == first
-    assert [cell for cell, _ in driven] == [result.cell for result in first]
-    assert [drives if drives is None else len(drives) for _, drives in driven] == [None] * 2 + [
-        3
-    ] * 2
+    assert told == list(comparison.cells())
+    assert sorted(file.name for file in drives.iterdir()) == ["1.npz", "2.npz", "3.npz"]
+    kept = drives_from_bytes((drives / "3.npz").read_bytes(), "3.npz")
+    cell = comparison.cells()[3]
+    mine = [each for each in again if Cell.of(each) == cell]
+    assert [each.detail for each in comparison.drive(cell).attempts] == [d.detail for d in mine]
+    assert [each.detail.task for each in kept] == [each.detail.task for each in mine]
 
 
-def test_a_cell_counts_once_its_drives_are_kept(tmp_path):
-    """A cell whose drives could not be kept is driven again."""
-    path = tmp_path / "cells.jsonl"
-
-    def fail(cell, drives):
-        raise OSError("disk full")
-
-    with pytest.raises(OSError, match="disk full"):
-        drive_cells(small(), POLICIES, journal=path, on_cell=fail)
-    assert len(path.read_text().splitlines()) == 1
+def test_a_cell_is_driven_and_read_with_the_same_measures():
+    """What the journal keeps is what was driven, but for the path."""
+    comparison = RoomComparison.of(small(), POLICIES)
+    cell = comparison.cells()[1]
+    driven = comparison.drive(cell).attempts
+    same, read = comparison.decode(json.loads(json.dumps(comparison.encode(cell, driven))))
+    assert same == cell
+    assert read == driven
+    assert {(each.contender, each.scenario) for each in read} == {("p", cell.room)}
+    assert [each.repetition for each in read] == [0, 1, 2]
+    for each in read:
+        assert each.time == pytest.approx(each.detail.steps * small().task.robot.period)
 
 
 def test_each_policy_is_compared_with_an_oracle_of_its_robot():
@@ -181,12 +192,11 @@ def test_each_policy_is_compared_with_an_oracle_of_its_robot():
 @pytest.mark.parametrize("part", ["policies", "config", "commit"])
 def test_a_journal_of_another_evaluation_is_refused(tmp_path, monkeypatch, part):
     """Other policies, settings or code do not go on with a journal."""
-    path = tmp_path / "cells.jsonl"
     config = small(rooms=("spn-env0",), lidars=("ten-beams",))
-    drive_cells(config, POLICIES, journal=path)
+    run_comparison(RoomComparison.of(config, POLICIES), folder=tmp_path)
     policies = {"other": POLICIES["p"]} if part == "policies" else POLICIES
     other = config.model_copy(update={"seed": 3}) if part == "config" else config
     if part == "commit":
         monkeypatch.setattr(evaluation, "commit", lambda: "another")
     with pytest.raises(ValueError, match=f"got one that differs in {part}; take another --out"):
-        drive_cells(other, policies, journal=path)
+        run_comparison(RoomComparison.of(other, policies), folder=tmp_path)

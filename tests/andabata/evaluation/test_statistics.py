@@ -6,6 +6,8 @@ import pytest
 from andabata.evaluation.statistics import (
     clustered_interval,
     group_difference,
+    mcnemar,
+    paired_bootstrap,
     paired_difference,
     wilson_interval,
 )
@@ -157,3 +159,53 @@ def test_pairs_that_do_not_fit_are_refused():
         paired_difference(np.ones(0, dtype=bool), np.ones(0, dtype=bool))
     with pytest.raises(ValueError, match="expected policies x tasks"):
         clustered_interval(np.ones(3, dtype=bool))
+
+
+def wins(gained, lost, alike):
+    """Return successes of two ways, shape (1, tasks) each."""
+    first = [False] * gained + [True] * lost + [True] * alike
+    second = [True] * gained + [False] * lost + [True] * alike
+    return np.array([first]), np.array([second])
+
+
+@pytest.mark.parametrize(
+    ("gained", "lost", "p_value"),
+    [(0, 0, 1.0), (5, 0, 2 / 32), (6, 2, 2 * 37 / 256), (2, 6, 2 * 37 / 256), (3, 3, 1.0)],
+)
+def test_mcnemars_test_is_exact(gained, lost, p_value):
+    """Twice the binomial tail of the pairs that differ; those that end alike say nothing."""
+    for alike in (1, 40):
+        found = mcnemar(*wins(gained, lost, alike))
+        assert (found.gained, found.lost) == (gained, lost)
+        assert found.p_value == pytest.approx(p_value)
+
+
+def test_trials_of_a_task_are_no_tasks_for_mcnemar():
+    """Several trials of each task count as one pair, won by the higher rate."""
+    first, second = wins(4, 1, 3)
+    assert mcnemar(np.tile(first, (5, 1)), np.tile(second, (3, 1))) == mcnemar(first, second)
+    with pytest.raises(ValueError, match="expected the same tasks"):
+        mcnemar(first, second[:, 1:])
+
+
+def test_the_paired_bootstrap_resamples_tasks():
+    """The interval is that of the mean over tasks; equal gains have none, pairs take out the rest.
+
+    For many tasks it is the one of the normal distribution.
+    """
+    rng = np.random.default_rng(1)
+    first = rng.normal(0.0, 30.0, (1, 400))
+    gains = rng.normal(2.0, 1.0, (1, 400))
+    found = paired_bootstrap(first, first + gains, np.random.default_rng(0))
+    assert found.mean == pytest.approx(gains.mean())
+    reach = 1.96 * gains.std() / 20
+    assert found.high - found.mean == pytest.approx(reach, rel=0.1)
+    assert found.mean - found.low == pytest.approx(reach, rel=0.1)
+    alike = paired_bootstrap(first, first + 2.0, np.random.default_rng(0))
+    assert (alike.low, alike.high) == pytest.approx((2.0, 2.0))
+    narrow = paired_bootstrap(first, first + gains, np.random.default_rng(0), level=0.5)
+    assert narrow.high - narrow.low < 0.5 * (found.high - found.low)
+    again = paired_bootstrap(first, first + gains, np.random.default_rng(0))
+    assert again == found
+    with pytest.raises(ValueError, match="expected the same tasks"):
+        paired_bootstrap(first, gains[:, 1:], rng)

@@ -27,7 +27,7 @@ def driven(request):
 def test_there_is_a_moment_every_few_steps_from_the_start_on(driven):
     """Moments are those before steps 0, 5, 10 and so on, with the poses of the path."""
     for drive, moments in driven:
-        assert [moment.step for moment in moments] == list(range(0, drive.steps, 5))
+        assert [moment.step for moment in moments] == list(range(0, drive.detail.steps, 5))
         for moment in moments:
             np.testing.assert_array_equal(moment.pose, drive.path[moment.step])
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from andabata.evaluation.trial import GoalAttempt, run_trial, safe_length
+from andabata.evaluation.trial import run_trial, safe_length
 from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
@@ -83,7 +83,7 @@ def test_goals_are_visited_in_their_order(make_ground):
     attempts = run_trial(robot, TASK, RULES, np.random.default_rng(0))
     assert robot.first_goal == GOALS[0]
     assert robot.goals == list(GOALS)
-    assert [attempt.goal for attempt in attempts] == [1, 2, 3, 4]
+    assert [attempt.detail.goal for attempt in attempts] == [1, 2, 3, 4]
     assert {attempt.outcome for attempt in attempts} == {Outcome.GOAL}
     for before, after in pairwise(attempts):
         np.testing.assert_array_equal(before.path[-1], after.path[0])
@@ -113,8 +113,8 @@ def test_measures_are_those_of_the_drive(make_ground):
         steps = len(attempt.path) - 1
         assert attempt.time == pytest.approx(0.1 * steps)
         assert attempt.distance == pytest.approx(0.5 * steps)
-        assert attempt.forbidden_distance == 0.0
-        assert attempt.energy is None
+        assert attempt.detail.forbidden_distance == 0.0
+        assert attempt.detail.energy is None
         assert attempt.spl == pytest.approx(min(attempt.shortest / attempt.distance, 1.0))
     length = np.hypot(*(np.array(GOALS[1]) - attempts[1].path[0, :2]))
     assert attempts[1].shortest == pytest.approx(length - 1.0, abs=0.1)
@@ -178,27 +178,15 @@ def test_the_shortest_path_goes_round_and_ends_at_the_radius(make_ground):
     assert 2 * np.hypot(4.0, 3.3) - 1.0 < around < 2 * np.hypot(4.0, 4.2) - 0.6
 
 
-def attempt(outcome=Outcome.GOAL, distance=8.0, shortest=4.0):
-    return GoalAttempt(
-        goal=1,
-        outcome=outcome,
-        time=1.0,
-        distance=distance,
-        shortest=shortest,
-        forbidden_distance=0.0,
-        steering_variation=0.0,
-        energy=None,
-        min_clearance=1.0,
-        path=np.zeros((1, 3)),
-    )
-
-
-def test_success_weighted_by_path_length():
-    """SPL is shortest over driven, 1 at most, and 0 without success."""
-    assert attempt().spl == 0.5
-    assert attempt(distance=2.0).spl == 1.0
-    assert attempt(Outcome.TIMEOUT).spl == 0.0
-    assert replace(attempt(), distance=0.0, shortest=0.0).spl == 0.0
+def test_attempts_say_what_drove_where(make_ground):
+    """World, contender and repetition, and of a failure its place, its goal and its cause."""
+    robot = Puppet(make_ground(), bad=GOALS[1])
+    rng = np.random.default_rng(0)
+    first, last = run_trial(robot, TASK, RULES, rng, contender="puppet", repetition=3)
+    assert (last.contender, last.scenario, last.repetition) == ("puppet", "made", 3)
+    assert (last.detail.goal_place, last.detail.goals) == (GOALS[1], 4)
+    assert last.detail.end == tuple(last.path[-1, :2])
+    assert (first.detail.cause, last.detail.cause) == ("", "free ground")
 
 
 class StubOperator:

@@ -1,7 +1,8 @@
 """Folder of an evaluation in rooms: policies and drives keep their numbers."""
 
 from andabata.app.console import Console
-from andabata.app.jobs.rooms import run_room_evaluation
+from andabata.app.jobs.evaluation import run_evaluation
+from andabata.app.jobs.rooms import policy_evaluation
 from andabata.engine import SerialEngine
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig
@@ -15,11 +16,12 @@ def test_policies_keep_their_drives_whatever_their_names(tmp_path):
     config = RoomEvaluationConfig(
         rooms=("spn-env0",), lidars=("ten-beams",), memories=("reactive",), pairs=2
     )
-    run_room_evaluation(config, policies, SerialEngine(), tmp_path, Console(quiet=True))
+    made = policy_evaluation(config, policies)
+    run_evaluation(made, SerialEngine(), tmp_path, Console(quiet=True))
     folder = RoomFolder(tmp_path)
     assert list(folder.policies) == ["walker", "arrow"]
     for name, policy in policies.items():
         assert folder.policies[name].to_bytes() == policy.to_bytes()
         drives = folder.drives(Cell(name, "ten-beams", "spn-env0", "reactive"))
         (row,) = [row for row in folder.result["rows"] if row["policy"] == name]
-        assert row["mean_steps"] == sum(drive.steps for drive in drives) / 2
+        assert row["mean_steps"] == sum(drive.detail.steps for drive in drives) / 2

@@ -7,7 +7,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.evaluation.room_table import Cell
-from andabata.evaluation.rooms import drive_cell, tasks_of
+from andabata.evaluation.rooms import RoomComparison, tasks_of
 from andabata.report.room_folder import RoomFolder
 from andabata.runs.folder import write_json
 from worlds.rooms.catalogue import make_room
@@ -48,10 +48,10 @@ def test_the_folder_has_all_that_a_report_needs(capsys, tmp_path):
     assert list(folder.policies) == ["proportional"]
     cell = Cell("proportional", "ten-beams", "spn-env1", "reactive")
     kept = folder.drives(cell)
-    assert [drive.task for drive in kept] == tasks_of(make_room("spn-env1"), folder.config)
-    files = {name: policy.to_bytes() for name, policy in folder.policies.items()}
-    for one, other in zip(kept, drive_cell(folder.config, files, cell), strict=True):
-        assert (one.outcome, one.steps) == (other.outcome, other.steps)
+    assert [drive.detail.task for drive in kept] == tasks_of(make_room("spn-env1"), folder.config)
+    comparison = RoomComparison.of(folder.config, folder.policies)
+    for one, other in zip(kept, comparison.drive(cell).attempts, strict=True):
+        assert (one.outcome, one.detail.steps) == (other.outcome, other.detail.steps)
         np.testing.assert_allclose(one.path, other.path, atol=1e-5)
     with pytest.raises(ValueError, match="not in list"):
         folder.drives(Cell("proportional", "ten-beams", "spn-env7", "reactive"))
@@ -72,15 +72,16 @@ def test_drives_are_those_of_the_policy_of_that_name(capsys, tmp_path, is_old):
     assert list(folder.policies) == ["proportional", "heading"]
     steps = {
         name: [
-            drive.steps for drive in folder.drives(Cell(name, "ten-beams", "spn-env0", "reactive"))
+            drive.detail.steps
+            for drive in folder.drives(Cell(name, "ten-beams", "spn-env0", "reactive"))
         ]
         for name in folder.policies
     }
     assert steps["proportional"] != steps["heading"]
-    files = {name: policy.to_bytes() for name, policy in folder.policies.items()}
+    comparison = RoomComparison.of(folder.config, folder.policies)
     for name, kept in steps.items():
         cell = Cell(name, "ten-beams", "spn-env0", "reactive")
-        assert [drive.steps for drive in drive_cell(folder.config, files, cell)] == kept
+        assert [drive.detail.steps for drive in comparison.drive(cell).attempts] == kept
     assert [row["policy"] for row in rows] == ["proportional", "heading"]
 
 

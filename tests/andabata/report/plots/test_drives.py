@@ -111,16 +111,14 @@ def test_a_failure_is_named_after_world_controller_and_goal(world, tmp_path):
     """The picture of a failure has a file name of its own, and both reaches."""
     grid = PolarGrid()
     failure = SimpleNamespace(
-        row={
-            "world": "maze",
-            "world_seed": 1,
-            "controller": "reactive",
-            "goal": 2,
-            "outcome": "collision",
-            "cause": "wall",
-        },
         world=world,
-        attempt=SimpleNamespace(path=np.zeros((2, 3))),
+        attempt=SimpleNamespace(
+            scenario="maze",
+            contender="reactive",
+            outcome="collision",
+            path=np.zeros((2, 3)),
+            detail=SimpleNamespace(world_seed=1, goal=2, cause="wall"),
+        ),
         pose=Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0),
         scan=SimpleNamespace(ranges=np.full(grid.n_sectors, np.inf, dtype=np.float32)),
         goal=np.array([20.0, 0.0]),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from andabata.evaluation.room_drives import RoomDrive
+from andabata.evaluation.room_drives import room_attempt
 from andabata.report.plots import room_clip
 from andabata.report.plots.room_clip import room_film
 from andabata.tasks.terminations import Outcome
@@ -17,7 +17,7 @@ def drive(outcome=Outcome.GOAL, steps=20, y=0.0):
     """Return a drive along x from -2 m to 2 m."""
     path = np.zeros((steps + 1, 3))
     path[:, 0], path[:, 1] = np.linspace(-2, 2, steps + 1), y
-    return RoomDrive(RoomTask(Start(-2.0, y, 0.0), (2.0, y)), outcome, steps, path)
+    return room_attempt(RoomTask(Start(-2.0, y, 0.0), (2.0, y)), outcome, path)
 
 
 def reddest(picture):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from andabata.evaluation.room_drives import RoomDrive
+from andabata.evaluation.room_drives import room_attempt
 from andabata.evaluation.support_points import SupportPoints
 from andabata.machine.planar.mover_contact import Contact
 from andabata.report.plots import rooms
@@ -22,7 +22,7 @@ GREEN, RED, ORANGE = (style["color"] for style in rooms._END_STYLES.values())
 def drive(outcome=Outcome.GOAL, steps=10, y=0.0, speed=0.1):
     path = np.zeros((steps + 1, 3))
     path[:, 0], path[:, 1] = speed * np.arange(steps + 1) - 1, y
-    return RoomDrive(RoomTask(Start(-1.0, y, 0.0), (1.0, y)), outcome, steps, path)
+    return room_attempt(RoomTask(Start(-1.0, y, 0.0), (1.0, y)), outcome, path)
 
 
 def markers(axes, colour):
@@ -151,10 +151,9 @@ def test_a_tour_names_its_goals_and_counts_them():
 def test_an_obstacle_appears_where_the_robot_is_near_enough():
     """The moment is the first step within its distance; one that never came is dotted."""
     room = make_room("spn-sudden")
-    near = RoomDrive(
+    near = room_attempt(
         room.tasks[0],
         Outcome.COLLISION,
-        40,
         np.stack([0.1 * np.arange(41) - 3.2, *np.zeros((2, 41))], axis=1),
     )
     first, second = room.appearances

@@ -1,0 +1,315 @@
+"""Evaluation off-road: controllers side by side in the same worlds, with the same noise."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
+from andabata.evaluation.attempt import CONTACTS, Attempt
+from andabata.evaluation.comparison import Attempts, Driven
+from andabata.evaluation.scenarios import Scenario, scenarios
+from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures
+from andabata.machine.pose import Pose
+from andabata.machine.sensor_readings import SensorReadings
+from andabata.models import Models
+from andabata.runs.folder import commit
+from andabata.runs.journal import Entry
+from andabata.tasks.episode_monitor import Outcome, TerminationConfig
+from traversability.grid import PolarGrid
+from traversability.virtual_scan import VirtualScan
+from worlds.scenes import Scene
+from worlds.splits import EVALUATIONS
+from worlds.world import Task, World, choose_task
+
+FAILURES = "failures"
+"""Folder of the pictures of failures."""
+
+_PATH_STRIDE = 20
+"""Number of control steps between the positions of a path that are kept: 2 s."""
+
+_SHOWN_WALKERS = 50
+"""Number of control steps before a failure whose walkers are kept: 5 s."""
+
+
+class EvaluationConfig(BaseModel):
+    """Settings of an evaluation.
+
+    Attributes:
+        suite: Name of a suite, which has its own worlds and trials, or None.
+        world: World preset.
+        controllers: Names of the controllers.
+        trials: Number of trials of each controller; each has a world of its own.
+        goals: Number of goals in a row that are tried, as far as the world's tasks have them.
+        seed: Seed of the whole evaluation.
+        simulated_robot: Robot; published results are those of the bullet plant.
+        terminations: Rules of each drive.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    suite: str | None = None
+    world: str = "natural-test"
+    controllers: tuple[str, ...] = ("policy+planner", "reactive")
+    trials: int = Field(default=20, ge=1, le=EVALUATIONS)
+    goals: int = Field(default=10, ge=1, le=10)
+    seed: int = Field(default=0, ge=0, lt=EVALUATIONS)
+    simulated_robot: SimulatedRobotConfig = Field(default_factory=SimulatedRobotConfig)
+    terminations: TerminationConfig = Field(default_factory=TerminationConfig)
+
+    @property
+    def scenarios(self) -> tuple[Scenario, ...]:
+        """Scenario of each trial."""
+        return scenarios(self.suite, self.world, self.trials, self.seed)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A drive that failed, with what the robot saw at its end.
+
+    Attributes:
+        world: World that it was driven in.
+        attempt: Measures of the attempt.
+        pose: True pose at its end.
+        scan: Virtual scan there.
+        goal: Goal in the map [m], shape (2,).
+        grid: Polar grid of the scan.
+        walkers: Rows of the world's walkers in each of the last control steps, as in
+            ``SensorReadings``, shape (t, m, 5); (0, 0, 5) in a world without any.
+    """
+
+    world: World
+    attempt: OffroadAttempt
+    pose: Pose
+    scan: VirtualScan
+    goal: NDArray[np.float64]
+    grid: PolarGrid
+    walkers: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 5)))
+
+
+DrawFailure = Callable[[Failure], tuple[str, bytes]]
+"""Function that draws a failure and returns the name of the picture's file and its bytes; processes
+import it."""
+
+
+@dataclass(frozen=True)
+class OffroadComparison:
+    """Controllers off-road; a cell is a trial, whose world every controller drives.
+
+    Attributes:
+        config: Settings.
+        files: Files of the models; see ``Models.to_bytes``.
+        hashes: SHA-256 of the models by name.
+        draw_failure: Function that draws failures, None for no pictures.
+    """
+
+    unit: ClassVar[str] = "trials"
+    journal: ClassVar[str] = "trials.jsonl"
+
+    config: EvaluationConfig
+    files: tuple[bytes, bytes, bytes]
+    hashes: Mapping[str, Any]
+    draw_failure: DrawFailure | None = None
+
+    @classmethod
+    def of(
+        cls, config: EvaluationConfig, models: Models, draw_failure: DrawFailure | None = None
+    ) -> Self:
+        """Return the comparison of an evaluation with classifiers and a policy."""
+        return cls(config, models.to_bytes(), models.hashes, draw_failure)
+
+    @property
+    def about(self) -> Entry:
+        """Heading of the journal; an evaluation of more trials goes on with it."""
+        config = self.config.model_dump(mode="json", exclude={"trials"})
+        return {"config": config, "models": self.hashes, "commit": commit()}
+
+    def cells(self) -> Sequence[int]:
+        """Return the numbers of the trials."""
+        return range(len(self.config.scenarios))
+
+    def label(self, cell: int) -> str:
+        """Return the world of a trial."""
+        known = self.config.scenarios
+        return f"world {known[cell].seed}" if cell < len(known) else f"trial {cell}"
+
+    def drive(self, cell: int) -> Driven:
+        """Drive every controller through the world of a trial, with pictures of its failures."""
+        drawn: dict[str, bytes] = {}
+
+        def draw(failure: Failure) -> None:
+            if self.draw_failure is not None:
+                name, data = self.draw_failure(failure)
+                drawn[f"{FAILURES}/{name}"] = data
+
+        on_failure = draw if self.draw_failure is not None else None
+        attempts = drive_trial(self.config, Models.from_bytes(self.files), cell, on_failure)
+        return Driven(attempts, drawn)
+
+    def encode(self, cell: int, attempts: Attempts) -> Entry:
+        """Return the entry of a trial: its number, and a row of each attempt."""
+        return {"trial": cell, "rows": [attempt_row(attempt) for attempt in attempts]}
+
+    def decode(self, entry: Entry) -> tuple[int, Attempts]:
+        """Return the trial of an entry and its attempts."""
+        return entry["trial"], tuple(attempt_of(row) for row in entry["rows"])
+
+
+def drive_trial(
+    config: EvaluationConfig,
+    models: Models,
+    trial: int,
+    on_failure: Callable[[Failure], None] | None = None,
+) -> tuple[OffroadAttempt, ...]:
+    """Drive every controller through one trial's world.
+
+    Args:
+        config: Settings.
+        models: Classifiers and policy.
+        trial: Number of the trial.
+        on_failure: Function that is called with each failure, or None.
+
+    Returns:
+        Attempts to reach the goals that were tried, one controller after the other.
+    """
+    from worlds.scenes import SceneCache
+
+    scenario = config.scenarios[trial]
+    scene = SceneCache().get(scenario.world, scenario.seed, scenario.difficulty)
+    task = choose_task(scene.world.tasks, np.random.default_rng([config.seed, trial]))
+    task = replace(task, goals=task.goals[: config.goals])
+    return tuple(
+        attempt
+        for name in config.controllers
+        for attempt in _drive(config, models, scene, task, name, trial, on_failure)
+    )
+
+
+def _drive(
+    config: EvaluationConfig,
+    models: Models,
+    scene: Scene,
+    task: Task,
+    name: str,
+    trial: int,
+    on_failure: Callable[[Failure], None] | None,
+) -> tuple[OffroadAttempt, ...]:
+    """Drive one controller through a trial's world."""
+    from andabata.assembly.controllers import make_steering
+    from andabata.evaluation.trial import run_trial
+
+    # The same noise of the world for each controller; a controller's own is another stream.
+    noise = np.random.default_rng([config.seed, trial, 2])
+    steering = make_steering(name, scene.world, config.simulated_robot, models, noise)
+    simulated_robot = SimulatedRobot(scene, config.simulated_robot, models, steering)
+    walkers: list[NDArray[np.float64]] = []
+    attempts = run_trial(
+        simulated_robot,
+        task,
+        config.terminations,
+        np.random.default_rng([config.seed, trial, 1]),
+        partial(_keep_walkers, walkers),
+        contender=name,
+        repetition=trial,
+    )
+    if on_failure is not None and not attempts[-1].is_success:
+        failure = _failure(scene.world, attempts[-1], simulated_robot, walkers)
+        if failure is not None:
+            on_failure(failure)
+    simulated_robot.close()
+    return attempts
+
+
+def _failure(
+    world: World,
+    attempt: OffroadAttempt,
+    simulated_robot: SimulatedRobot,
+    walkers: Sequence[NDArray[np.float64]],
+) -> Failure | None:
+    """Return a failure as the robot saw it, None where it saw nothing yet."""
+    truth = simulated_robot.simulator.vehicle.state
+    scan = simulated_robot.perception.scan(truth.stamp, simulated_robot.localizer)
+    if scan is None:
+        return None
+    grid, goal = simulated_robot.config.grid, np.array(attempt.detail.goal_place)
+    failure = Failure(world, attempt, truth.pose, scan, goal, grid)
+    return replace(failure, walkers=np.array(walkers)) if walkers else failure
+
+
+def _keep_walkers(kept: list[NDArray[np.float64]], readings: SensorReadings) -> None:
+    """Add the walkers of readings to those of the last control steps, where there are any."""
+    if readings.walkers is not None:
+        kept.append(readings.walkers)
+        del kept[:-_SHOWN_WALKERS]
+
+
+def attempt_row(attempt: OffroadAttempt) -> Entry:
+    """Return the measures of an attempt, ready for JSON; its path is thinned."""
+    measures = attempt.detail
+    return {
+        "controller": attempt.contender,
+        "trial": attempt.repetition,
+        "world": attempt.scenario,
+        "world_seed": measures.world_seed,
+        "difficulty": measures.difficulty,
+        "goal": measures.goal,
+        "goals": measures.goals,
+        "outcome": str(attempt.outcome),
+        "cause": measures.cause,
+        "contact": attempt.contact.label,
+        "time_s": attempt.time,
+        "distance_m": attempt.distance,
+        "spl": attempt.spl,
+        "trespass_m": measures.forbidden_distance,
+        "steering_variation": measures.steering_variation,
+        "energy_j": measures.energy,
+        "min_clearance_m": measures.min_clearance,
+        "end_xy": list(measures.end),
+        "goal_xy": list(measures.goal_place),
+        "path": np.round(attempt.path[::_PATH_STRIDE, :2], 2).tolist(),
+    }
+
+
+def attempt_of(row: Mapping[str, Any]) -> OffroadAttempt:
+    """Return the attempt of a row of ``attempt_row``, without its path."""
+    measures = OffroadMeasures(
+        goal=row["goal"],
+        goals=row["goals"],
+        goal_place=tuple(row.get("goal_xy", (np.nan, np.nan))),
+        end=tuple(row["end_xy"]),
+        world_seed=row["world_seed"],
+        difficulty=row["difficulty"],
+        cause=row["cause"],
+        forbidden_distance=row["trespass_m"],
+        steering_variation=row["steering_variation"],
+        energy=row["energy_j"],
+        min_clearance=row["min_clearance_m"],
+    )
+    return Attempt(
+        contender=row["controller"],
+        scenario=row["world"],
+        repetition=row["trial"],
+        outcome=Outcome(row["outcome"]),
+        # Journals of earlier versions say nothing about who drove into whom.
+        contact=CONTACTS[row.get("contact", "")],
+        time=row["time_s"],
+        distance=row["distance_m"],
+        shortest=shortest_of(row["spl"], row["distance_m"]),
+        detail=measures,
+    )
+
+
+def shortest_of(spl: float, distance: float) -> float:
+    """Return a shortest path that gives an SPL after a distance, to the bit; NaN for an SPL of 0.
+
+    Rows keep SPL and not the shortest path, and their table must be that of the drives.
+    """
+    if spl == 0.0:
+        return np.nan
+    found = spl * distance
+    near = (found, float(np.nextafter(found, 0.0)), float(np.nextafter(found, np.inf)))
+    return next((each for each in near if spl == 1.0 or each / distance == spl), found)

@@ -1,0 +1,102 @@
+"""Table of an evaluation off-road: goals in a row, by world and controller."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from andabata.evaluation.table import (
+    Column,
+    Design,
+    Row,
+    Sample,
+    Table,
+    average,
+    by_repetition,
+    counts,
+    hit_counts,
+    share,
+)
+from andabata.evaluation.trial import OffroadAttempt
+from andabata.tasks.terminations import Outcome
+
+_TRIALS = Design(cluster=by_repetition, repeat=lambda _: None)
+"""Each trial has a world of its own."""
+
+
+def summarise(attempts: Sequence[OffroadAttempt], controllers: Sequence[str]) -> list[Row]:
+    """Return the table: one row a world, controller and goal, and one for all goals in a row.
+
+    A goal counts as tried in every trial, so that the figures are those of goals in a row
+    (Sanchez et al. 2023, Table 4).
+
+    Args:
+        attempts: Attempts of all trials.
+        controllers: Names of the controllers in the order of their rows.
+    """
+    rows: list[Row] = []
+    for world in dict.fromkeys(attempt.scenario for attempt in attempts):
+        there = [attempt for attempt in attempts if attempt.scenario == world]
+        goals = max(attempt.detail.goals for attempt in there)
+        for name in controllers:
+            mine = tuple(attempt for attempt in there if attempt.contender == name)
+            rows += [_goal_row(mine, goals, label) for label in (*range(1, goals + 1), "all")]
+    return rows
+
+
+def failure_causes(attempts: Sequence[OffroadAttempt]) -> list[Row]:
+    """Return the failures of each controller by cause: one row a world, outcome and cause."""
+    found = Counter(
+        (attempt.scenario, attempt.contender, str(attempt.outcome), attempt.detail.cause)
+        for attempt in attempts
+        if not attempt.is_success
+    )
+    names = ("world", "controller", "outcome", "cause")
+    return [dict(zip(names, key, strict=True)) | {"count": n} for key, n in found.most_common()]
+
+
+def _goal_row(trials: Sequence[OffroadAttempt], goals: int, label: int | str) -> Row:
+    """Return one row of the table; ``all`` counts the last goal and all failures."""
+    goal = goals if label == "all" else label
+    tried = tuple(each for each in trials if label in ("all", each.detail.goal))
+
+    def is_reached(attempt: OffroadAttempt) -> bool:
+        return attempt.is_success and attempt.detail.goal == goal
+
+    def head(sample: Sample) -> Row:
+        first = trials[0]
+        return {
+            **{"controller": first.contender, "world": first.scenario, "goal": label},
+            **{"trials": len(sample.clusters), "successes": sample.count(is_reached)},
+        }
+
+    def spl(sample: Sample) -> Row:
+        whole = len(sample.clusters) * (goals if label == "all" else 1)
+        return {"spl": sum(attempt.spl for attempt in sample.attempts) / whole}
+
+    reached = share(is_reached, ends="wilson")
+    columns: Sequence[Column] = (head, *_ENDS, reached, spl, *_MEASURES)
+    table = Table(lambda _: None, _TRIALS, columns)
+    return table.row(Sample(tried, _TRIALS, trials))
+
+
+def _trespass_share(sample: Sample) -> Row:
+    """Return the share of all that was driven where the true map forbids it."""
+    driven = sum(attempt.distance for attempt in sample.attempts)
+    there = sum(attempt.detail.forbidden_distance for attempt in sample.attempts)
+    return {"trespass_share": there / driven if driven else None}
+
+
+_ENDS: Sequence[Column] = (
+    counts(collisions=Outcome.COLLISION),
+    hit_counts,
+    counts(tipovers=Outcome.TIPOVER, timeouts=Outcome.TIMEOUT, stuck=Outcome.STUCK),
+)
+
+_MEASURES: Sequence[Column] = (
+    average("trespass_m", lambda attempt: attempt.detail.forbidden_distance),
+    _trespass_share,
+    average("distance_m", lambda attempt: attempt.distance),
+    average("steering_variation", lambda attempt: attempt.detail.steering_variation),
+    average("energy_j", lambda attempt: attempt.detail.energy),
+    average("min_clearance_m", lambda attempt: attempt.detail.min_clearance),
+    average("mean_time_s", lambda attempt: attempt.time),
+)

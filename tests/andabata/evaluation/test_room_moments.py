@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from andabata.evaluation.barn import BarnEvaluationConfig, drive_once, load_world
+from andabata.evaluation.barn import BarnEvaluationConfig, drive_barn_run, load_world
 from andabata.evaluation.room_drives import drive_tasks
 from andabata.evaluation.room_moments import beam_ends, watch_barn, watch_cell
 from andabata.evaluation.room_table import Cell
@@ -82,7 +82,7 @@ def test_a_run_of_barn_is_the_run_of_the_evaluation():
     """Same outcome, and beams that end on cylinders and walls but for their noise."""
     config = BarnEvaluationConfig(count=1, first_seed=200_000, controllers=("gap",), trials=1)
     watched = watch_barn(config, "barn-200000", "gap", 0)
-    run = drive_once(config, load_world(config, "barn-200000"), "barn-200000", "gap", 0)
+    run = drive_barn_run(config, load_world(config, "barn-200000"), "barn-200000", "gap", 0)
     assert watched.outcome == str(run.outcome)
     moment = watched.moments[5]
     gaps = np.abs(watched.room.clearance(moment.ends[moment.hits]))

@@ -26,7 +26,7 @@ def goals_table(data: Data) -> Table:
     return table_of([spoken(row, _ATTEMPT) for row in data["goals"]])
 
 
-def tests_table(data: Data) -> Table:
+def drives_table(data: Data) -> Table:
     """Return the table of the test drives of training off-road."""
     return table_of([spoken(row) for row in data["tests"]])
 

@@ -124,7 +124,7 @@ RUN_KINDS: list[RunKind] = [
         tasks=(OFFROAD,),
         shared=(RobotOptions, ClassifierOptions),
         report=f"{_APP}reports:report_offroad_training",
-        table=f"{_APP}report_tables:tests_table",
+        table=f"{_APP}report_tables:drives_table",
         takes_several=True,
     ),
     RunKind(

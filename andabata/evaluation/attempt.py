@@ -30,7 +30,7 @@ class Attempt(Generic[Detail]):
         repetition: Number of the drive among those of the same contender and scenario, from 0.
         outcome: How it ended.
         contact: Contact of the body at the end: what it touched, and who drove into whom.
-        time: Duration [s]; in BARN by the benchmark's clock.
+        time: Duration by the clock of the rules [s].
         distance: Distance driven [m]; NaN where a record does not keep it.
         shortest: Length of the shortest safe path [m]; NaN where none is known.
         detail: What the kind of evaluation measures beyond that.

@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.barn_navigators import BARN_NAVIGATORS, barn_navigator
 from andabata.evaluation.barn_table import BarnAttempt, BarnMeasures, run_of, run_row
-from andabata.evaluation.comparison import Attempts, Driven
+from andabata.evaluation.comparison import Attempts, DrivenCell
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.mover_contact import Contact
@@ -155,10 +155,10 @@ class BarnComparison:
         """Return the name of a world."""
         return cell
 
-    def drive(self, cell: str) -> Driven:
+    def drive(self, cell: str) -> DrivenCell:
         """Drive all runs of a world, by controller; a trial has the same noise for all."""
         world = load_world(self.config, cell)
-        return Driven(
+        return DrivenCell(
             tuple(
                 drive_barn_run(self.config, world, cell, controller, trial)
                 for controller in self.config.controllers

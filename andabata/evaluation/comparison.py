@@ -19,7 +19,7 @@ Attempts = tuple[Attempt[Any], ...]
 """Attempts of a cell, in their order."""
 
 
-class Driven(NamedTuple):
+class DrivenCell(NamedTuple):
     """Attempts of a cell, and the files that go with them.
 
     Attributes:
@@ -55,7 +55,7 @@ class Comparison(Protocol[Cell]):
     def label(self, cell: Cell) -> str:
         """Return what a cell is called while it is driven."""
 
-    def drive(self, cell: Cell) -> Driven:
+    def drive(self, cell: Cell) -> DrivenCell:
         """Drive a cell, in any process."""
 
     def encode(self, cell: Cell, attempts: Attempts) -> Entry:

@@ -28,6 +28,7 @@ from andabata.evaluation.table import (
     counts,
     is_success,
     pair,
+    row_of,
     share,
     share_difference,
 )
@@ -274,7 +275,7 @@ def _row(change: LidarChange, sample: Sample, base: Sample) -> Row:
     rooms: Row = {}
     if change.name != AS_IT_IS:
         gain, rooms = _GAIN(base, sample), _by_room(base, sample)
-    return about | _TABLE.row(sample) | gain | {"by_room": rooms}
+    return about | row_of(_TABLE.columns, sample) | gain | {"by_room": rooms}
 
 
 def _by_room(base: Sample, sample: Sample) -> dict[str, float]:

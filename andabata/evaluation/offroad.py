@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.attempt import CONTACTS, Attempt
-from andabata.evaluation.comparison import Attempts, Driven
+from andabata.evaluation.comparison import Attempts, DrivenCell
 from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures
 from andabata.machine.pose import Pose
@@ -137,7 +137,7 @@ class OffroadComparison:
         known = self.config.scenarios
         return f"world {known[cell].seed}" if cell < len(known) else f"trial {cell}"
 
-    def drive(self, cell: int) -> Driven:
+    def drive(self, cell: int) -> DrivenCell:
         """Drive every controller through the world of a trial, with pictures of its failures."""
         drawn: dict[str, bytes] = {}
 
@@ -148,7 +148,7 @@ class OffroadComparison:
 
         on_failure = draw if self.draw_failure is not None else None
         attempts = drive_trial(self.config, Models.from_bytes(self.files), cell, on_failure)
-        return Driven(attempts, drawn)
+        return DrivenCell(attempts, drawn)
 
     def encode(self, cell: int, attempts: Attempts) -> Entry:
         """Return the entry of a trial: its number, and a row of each attempt."""

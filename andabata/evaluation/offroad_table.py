@@ -8,11 +8,11 @@ from andabata.evaluation.table import (
     Design,
     Row,
     Sample,
-    Table,
     average,
     by_repetition,
     counts,
     hit_counts,
+    row_of,
     share,
 )
 from andabata.evaluation.trial import OffroadAttempt
@@ -73,9 +73,8 @@ def _goal_row(trials: Sequence[OffroadAttempt], goals: int, label: int | str) ->
         return {"spl": sum(attempt.spl for attempt in sample.attempts) / whole}
 
     reached = share(is_reached, ends="wilson")
-    columns: Sequence[Column] = (head, *_ENDS, reached, spl, *_MEASURES)
-    table = Table(lambda _: None, _TRIALS, columns)
-    return table.row(Sample(tried, _TRIALS, trials))
+    columns = (head, *_ENDS, reached, spl, *_MEASURES)
+    return row_of(columns, Sample(tried, _TRIALS, trials))
 
 
 def _trespass_share(sample: Sample) -> Row:

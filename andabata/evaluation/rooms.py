@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.engine import Engine, SerialEngine
 from andabata.evaluation.attempt import Attempt
-from andabata.evaluation.comparison import Attempts, Driven, run_comparison
+from andabata.evaluation.comparison import Attempts, DrivenCell, run_comparison
 from andabata.evaluation.room_drives import (
     RoomAttempt,
     RoomMeasures,
@@ -225,7 +225,7 @@ class RoomComparison:
         """Return room, laser and memory."""
         return f"{cell.room}, {cell.lidar}, {cell.memory}"
 
-    def drive(self, cell: Cell) -> Driven:
+    def drive(self, cell: Cell) -> DrivenCell:
         """Drive the tasks of a cell, whose paths go to a file of its own."""
         # Noise that a policy keeps is the same for each cell: it is made anew.
         policy = policy_from_bytes(self.files[cell.policy], cell.policy)
@@ -233,7 +233,7 @@ class RoomComparison:
         drives = drive_tasks(policy, task, self.tasks[cell.room])
         number = self.cells().index(cell)
         attempts = tuple(_of_cell(cell, drive) for drive in drives)
-        return Driven(attempts, {f"{DRIVES}/{number}.npz": drives_to_bytes(drives)})
+        return DrivenCell(attempts, {f"{DRIVES}/{number}.npz": drives_to_bytes(drives)})
 
     def encode(self, cell: Cell, attempts: Attempts) -> Entry:
         """Return the entry of a cell: measures in the order of its tasks."""

@@ -263,6 +263,11 @@ def _columns(name: str, found: Difference) -> Row:
     return {name: found.mean, f"{name}_low": found.low, f"{name}_high": found.high}
 
 
+def row_of(columns: Iterable[Column], sample: Sample) -> Row:
+    """Return the row of a sample."""
+    return {name: value for column in columns for name, value in column(sample).items()}
+
+
 @dataclass(frozen=True)
 class Table:
     """Table of attempts.
@@ -288,13 +293,9 @@ class Table:
             found.setdefault(self.by(attempt), []).append(attempt)
         return [Sample(tuple(some), self.design) for some in found.values()]
 
-    def row(self, sample: Sample) -> Row:
-        """Return the row of a sample."""
-        return {name: value for column in self.columns for name, value in column(sample).items()}
-
     def rows(self, attempts: Iterable[Attempt[Any]]) -> list[Row]:
         """Return a row of each key, in the order of their first attempts."""
-        return [self.row(sample) for sample in self.samples(attempts)]
+        return [row_of(self.columns, sample) for sample in self.samples(attempts)]
 
     def pairs(self, attempts: Iterable[Attempt[Any]]) -> list[tuple[Sample, Sample]]:
         """Return the first sample of each ``within`` with each of its others."""

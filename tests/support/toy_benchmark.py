@@ -7,7 +7,7 @@ from pydantic import BaseModel
 from andabata.app.console import table_of
 from andabata.app.jobs.evaluation import Evaluation
 from andabata.evaluation.attempt import Attempt
-from andabata.evaluation.comparison import Driven
+from andabata.evaluation.comparison import DrivenCell
 from andabata.evaluation.table import (
     Design,
     Table,
@@ -64,7 +64,7 @@ class ToyComparison:
     def drive(self, cell):
         """Drive every controller through a world."""
         attempts = tuple(_attempt(name, cell, len(cell)) for name in self.controllers)
-        return Driven(attempts, {f"maps/{cell}.txt": cell.encode()})
+        return DrivenCell(attempts, {f"maps/{cell}.txt": cell.encode()})
 
     def encode(self, cell, attempts):
         """Return the entry of a world."""

@@ -194,6 +194,16 @@ RenamedTopics = Annotated[
         rich_help_panel=_SENSORS,
     ),
 ]
+Sources = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--source",
+        metavar="TOPIC=NAME",
+        help="Only source to read where several publish on one topic, by the frame of its "
+        "messages or by its node, as /imu=imu_link; may be repeated.",
+        rich_help_panel=_SENSORS,
+    ),
+]
 Units = Annotated[
     list[str] | None,
     typer.Option(
@@ -296,13 +306,25 @@ class RobotOptions:
 class SensorOptions(SettingsOptions):
     """Sensors of a recorded or real robot, and its settings.
 
-    Options: ``--cloud``, ``--mounting``, ``--sensor-height``, ``--datum``, ``--config``, ``--set``.
+    Options: ``--cloud``, ``--source``, ``--mounting``, ``--sensor-height``, ``--datum``,
+    ``--config``, ``--set``.
     """
 
     cloud: CloudTopic = None
+    source: Sources = None
     mounting: Mountings = None
     sensor_height: SensorHeight = None
     datum: Datum = None
+
+    def sources(self) -> dict[str, str]:
+        """Return the only source that is read of a topic, by our names of topics.
+
+        Raises:
+            UsageError: If a text is not of the form ``a=b``.
+        """
+        from andabata.app.usage import pairs
+
+        return pairs(self.source or (), "--source")
 
     def mountings(self) -> "dict[str, GivenMounting]":
         """Return the mountings by sensor.

@@ -21,6 +21,7 @@ from andabata.records.recorded_settings import parse_settings
 from andabata.records.remarks import Remarks
 from andabata.records.row_history import RowHistory
 from andabata.records.sensor_decoder import SensorDecoder
+from andabata.records.source_choice import ReadingSource
 from andabata.records.topic_selection import Remapping, topic_names
 from andabata.records.topics import RosMessage, Topic
 from andabata.records.wheel_speeds import JointFacts
@@ -90,7 +91,7 @@ class BagSurvey:
         self._names, self._cloud, self._joints = names, cloud, decoder.joints
         self._reasons: dict[Topic, Counter[str]] = {}
         self._unread: Counter[Topic] = Counter()
-        self._sources: dict[Topic, set[tuple[str, str]]] = {}
+        self._sources: dict[Topic, list[ReadingSource]] = {}
         self._stamps: dict[str, _Stamps] = {name: _Stamps() for name in names}
         for message in bag.messages((*names, *diagnostics)):
             if message.topic in names:
@@ -105,8 +106,9 @@ class BagSurvey:
         stamps.recorder.append(message.stamp_ns)
         stamps.header.append(header_ns(content) if hasattr(content, "header") else 0)
         if topic in ALTERNATIVES:
-            frame = getattr(getattr(content, "header", None), "frame_id", "")
-            self._sources.setdefault(topic, set()).add((frame, message.publisher))
+            source = ReadingSource.of(content, message.publisher)
+            if source not in (sources := self._sources.setdefault(topic, [])):
+                sources.append(source)
             stamp = self._measured_ns(stamps) / NS
             try:
                 raw = decoder.raw(topic, content, stamp)
@@ -137,6 +139,17 @@ class BagSurvey:
             f"{name}: expected joints called wheels of the left and the right, got {joints}; --map "
             f"{topic.ros1} names another topic"
         )
+
+    def choice_of_source(self, topic: Topic) -> str:
+        """Return how to choose one of two sources of a topic, empty where it has one."""
+        first, *others = self._sources.get(topic, [ReadingSource()])
+        if not others:
+            return ""
+        names = " or ".join(
+            f"--source {topic.ros1}={one.name_beside(other)}"
+            for one, other in ((first, others[0]), (others[0], first))
+        )
+        return f"; readings come from {first} and {others[0]}: {names} chooses one"
 
     @property
     def joints(self) -> JointFacts:

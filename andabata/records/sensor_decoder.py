@@ -13,6 +13,7 @@ from andabata.records.messages import NS, header_ns, sweep_angles, wheel_speeds_
 from andabata.records.point_cloud2 import as_point_cloud2, decode_point_cloud2
 from andabata.records.reading_sources import ReadingSources
 from andabata.records.remarks import Remarks
+from andabata.records.source_choice import ReadingSource
 from andabata.records.sweep_matcher import SweepMatcher, valid_ranges
 from andabata.records.topics import RosMessage, Topic
 from andabata.records.unusable_message import UnusableMessageError
@@ -195,9 +196,9 @@ class SensorDecoder:
         if sensor is not None:
             frame, transform = frame_of(content), self.extrinsics.transform_row
             rows = [[row[0], *transform(sensor, frame, row[1:])] for row in rows]
-            source = f"{node} in frame {frame}" if node else f"frame {frame}"
-            for row in rows:
-                self._sources.add(topic, source, row)
+        source = ReadingSource.of(content, node)
+        for row in rows:
+            self._sources.add(topic, source, row)
         self._rows[topic] += rows
 
     def _add_cloud(self, content: RosMessage, tries: int) -> None:
@@ -258,6 +259,14 @@ class SensorDecoder:
             speed = wheels[:, 1:3].mean(axis=1) * self.decoder.robot.wheel_radius
             speeds = np.column_stack([wheels[:, 0], speed])
         checks.driving.add(found.imu, speeds, found.mag, found.gnss)
+
+    def verify_sources(self) -> None:
+        """Check that no two sources of one topic contradict each other.
+
+        Raises:
+            SourceError: If two do; the message names both and the option to give.
+        """
+        self._sources.verify()
 
     def _in_order(self, topic: Topic) -> NDArray[np.float64] | None:
         """Return the rows of a topic by increasing stamps, each stamp once, None without any.

@@ -14,11 +14,16 @@ from andabata.records.message_decoder import MessageDecoder
 from andabata.records.pieces import Piece
 from andabata.records.remarks import Remarks
 from andabata.records.sensor_decoder import SensorDecoder
-from andabata.records.topic_selection import check_frames, choose_cloud, select_topics
+from andabata.records.topic_selection import (
+    check_frames,
+    choose_cloud,
+    choose_sources,
+    select_topics,
+)
 from andabata.records.topics import SCAN, Topic
 from andabata.records.transform_tree import read_transforms
 from andabata.records.unit_inference import infer_units
-from andabata.records.units import UnitFactors, si_factor
+from andabata.records.units import UnitError, UnitFactors, si_factor
 from andabata.records.wheel_speeds import JointFacts
 from andabata.replay.datum import given_geo_reference, magnetic_flux_density
 from andabata.replay.options import ReplayOptions
@@ -92,6 +97,7 @@ def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> Recorde
     cloud = choose_cloud(bag, options.cloud)
     decoder = SensorDecoder(0, cloud, MessageDecoder(remarks=remarks))
     topics = select_topics(bag, decoder, options.topics)
+    choose_sources(bag, options.sources, topics, remarks)
     extrinsics = Extrinsics(options.mountings, read_transforms(bag))
     check_frames(bag, SensorDecoder(0, cloud, extrinsics=extrinsics), topics)
     robot = options.configure(SimulatedRobotConfig()).robot
@@ -101,7 +107,10 @@ def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> Recorde
     factors = _factors(options.units, config.robot)
     given = given_geo_reference(options.configure)
     flux = magnetic_flux_density(bag, given, topics, config) * MICROTESLA
-    units = infer_units(found.history, config.robot, factors, remarks, flux)
+    try:
+        units = infer_units(found.history, config.robot, factors, remarks, flux)
+    except UnitError as error:
+        raise UnitError(error.topic, error.reason + found.choice_of_source(error.topic)) from error
     pieces, skipped = found.pieces(remarks)
     return RecordedDrive(
         cloud=cloud,

@@ -95,6 +95,7 @@ class NavigatorNode:
         given: Mapping[str, float] | None = None,
         status: Callable[[str], None] = lambda text: None,
         local_map: bool = True,
+        sources: Mapping[str, str] | None = None,
     ) -> None:
         """Assemble the navigator, compile it, and subscribe to its topics.
 
@@ -110,12 +111,13 @@ class NavigatorNode:
             status: Function called with a line of text for the user: the place of the map's
                 origin, assumptions, and what a start still lacks.
             local_map: True to publish the local map, the plan and ``map -> odom`` too.
+            sources: Frame of the only source that is read, by topic.
         """
         self._graph, self._status = graph, status
         self._datum = DatumInitializer(given or {}, status)
         extrinsics = Extrinsics(mountings)
         decoder = SensorDecoder(0, cloud, MessageDecoder(config.robot), extrinsics)
-        self._inbox = SensorInbox(graph, decoder)
+        self._inbox = SensorInbox(graph, decoder, sources)
         self._assemble_navigator(config, models, steering, local_map)
         self._mountings = MountingMonitor(extrinsics, self._assembler, config.robot.lidar_height)
         self._counts = TickCounts()

@@ -94,6 +94,7 @@ def replay(
         topics=topics.names(),
         mountings=sensors.mountings(),
         units=topics.units(),
+        sources=sensors.sources(),
     )
     console = output.console()
     with console.progress("recorded seconds", None) as step:

@@ -138,6 +138,7 @@ def adapt(
         topics=topics.names(),
         mountings=sensors.mountings(),
         units=topics.units(),
+        sources=sensors.sources(),
     )
     folders = (clouds, *(more or ()))
     found, data = adapt_cell_classifier(

@@ -73,6 +73,7 @@ def view(
         topics=topics.names(),
         mountings=sensors.mountings(),
         units=topics.units(),
+        sources=sensors.sources(),
     )
     data = view_recording(run_or_bag, options, config, out, console)
     for note in replay_notes(data):

@@ -102,6 +102,10 @@ class ReadingSources:
         if key in self._refused:
             raise UnusableMessageError(f"of a second source, {source}, that contradicts {first}")
 
+    def is_shared(self, topic: Topic) -> bool:
+        """Return whether a topic has readings of two sources."""
+        return len(self._last.get(topic, ())) > 1
+
     def verify(self) -> None:
         """Check that no source contradicts the first one of its topic.
 

@@ -32,7 +32,7 @@ class ReadingSource(NamedTuple):
             content: The message.
             node: Name of the publishing node; empty if it is unknown.
         """
-        frame = str(content.header.frame_id).lstrip("/") if hasattr(content, "header") else ""
+        frame = str(getattr(getattr(content, "header", None), "frame_id", "")).lstrip("/")
         names = getattr(content, "name", ())
         return cls(frame, node, ",".join(names) if isinstance(names, list | tuple) else "")
 

@@ -1,5 +1,6 @@
 """Navigator as one node of a live ROS 1 graph."""
 
+import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
@@ -52,6 +53,9 @@ _PUBLISHED = (
     topics.FILTERED_ODOMETRY,
     topics.DIAGNOSTICS,
 )
+
+
+_NUMBER = re.compile(r"-?\d[\d.e+-]*")
 
 
 @dataclass
@@ -121,6 +125,7 @@ class NavigatorNode:
         self._assemble_navigator(config, models, steering, local_map)
         self._mountings = MountingMonitor(extrinsics, self._assembler, config.robot.lidar_height)
         self._counts = TickCounts()
+        self._reported: set[str] = set()
         self._inbox.subscribe()
         for topic in (*_PUBLISHED, *(topics.PLANNER_TOPICS if local_map else ())):
             graph.advertise(topic)
@@ -208,6 +213,8 @@ class NavigatorNode:
             if tick % _TICKS_PER_PERIOD:
                 self._update(now)
             else:
+                if tick % _TICKS_PER_SECOND == 0:
+                    self._report_failures()
                 self._step(now)
                 if on_second is not None and tick % _TICKS_PER_SECOND == 0:
                     on_second()
@@ -237,6 +244,15 @@ class NavigatorNode:
         if goal is not None:
             self._navigator.set_goal(goal)
         self._navigator.step(readings)
+
+    def _report_failures(self) -> None:
+        """Put failed checks into the diagnostics from now on, and tell the user of new ones."""
+        self._recorder.failures = self._inbox.failures
+        for text in self._recorder.failures:
+            kind = _NUMBER.sub("", text)  # The numbers of a check change while the robot drives.
+            if kind not in self._reported:
+                self._status(f"failed check: {text}")
+            self._reported.add(kind)
 
     def _publish(self, result: StepResult) -> None:
         """Publish a control step."""

@@ -115,6 +115,12 @@ class SensorInbox:
             return self._decoder.extrinsics.remarks
 
     @property
+    def failures(self) -> list[str]:
+        """Checks of the sensors against each other that failed so far, a line each."""
+        with self._lock:
+            return self._decoder.failures
+
+    @property
     def remarks(self) -> Remarks:
         """What was noted about the messages; not guarded by the lock."""
         return self._decoder.remarks

@@ -218,6 +218,18 @@ Units = Annotated[
 ]
 
 
+TimeOffsets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--time-offset",
+        metavar="TOPIC=SECONDS",
+        help="Time that is added to the stamps of /imu, /encoder_data, /mag_orientation or /fix, "
+        "in seconds, as /imu=-0.09 for stamps that are late; may be repeated.",
+        rich_help_panel=_SENSORS,
+    ),
+]
+
+
 @dataclass(frozen=True)
 class ConsoleOptions:
     """Form of the output: ``--json``, ``--quiet``."""
@@ -355,10 +367,11 @@ class SensorOptions(SettingsOptions):
 
 @dataclass(frozen=True)
 class TopicOptions:
-    """Names and units of a foreign recording: ``--map``, ``--unit``."""
+    """Names, units and stamps of a foreign recording: ``--map``, ``--unit``, ``--time-offset``."""
 
     renamed: RenamedTopics = None
     unit: Units = None
+    time_offset: TimeOffsets = None
 
     def names(self) -> dict[str, str]:
         """Return the recording's names of topics by ours.
@@ -379,6 +392,16 @@ class TopicOptions:
         from andabata.app.usage import units
 
         return units(self.unit or ())
+
+    def time_offsets(self) -> dict[str, float]:
+        """Return the times that are added to the stamps of topics, by our names [s].
+
+        Raises:
+            UsageError: If there is no such topic, or a time is not a number of seconds below 1.
+        """
+        from andabata.app.usage import time_offsets
+
+        return time_offsets(self.time_offset or ())
 
 
 @dataclass(frozen=True)

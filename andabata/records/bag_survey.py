@@ -22,6 +22,7 @@ from andabata.records.remarks import Remarks
 from andabata.records.row_history import RowHistory
 from andabata.records.sensor_decoder import SensorDecoder
 from andabata.records.source_choice import ReadingSource
+from andabata.records.stamp_offsets import offset_remark
 from andabata.records.topic_selection import Remapping, topic_names
 from andabata.records.topics import RosMessage, Topic
 from andabata.records.wheel_speeds import JointFacts
@@ -91,6 +92,7 @@ class BagSurvey:
         self._names, self._cloud, self._joints = names, cloud, decoder.joints
         self._reasons: dict[Topic, Counter[str]] = {}
         self._unread: Counter[Topic] = Counter()
+        self._in_bursts: set[Topic] = set()
         self._sources: dict[Topic, list[ReadingSource]] = {}
         self._stamps: dict[str, _Stamps] = {name: _Stamps() for name in names}
         for message in bag.messages((*names, *diagnostics)):
@@ -166,11 +168,15 @@ class BagSurvey:
         """Number of messages by our names of the topics."""
         return {self._names[name].ros1: count for name, count in self.counts.items()}
 
-    def pieces(self, remarks: Remarks) -> tuple[list[Piece], int]:
+    def pieces(
+        self, remarks: Remarks, time_offsets: Mapping[str, float] | None = None
+    ) -> tuple[list[Piece], int]:
         """Return the pieces of the recording, and the number of parts that are left out.
 
         Args:
             remarks: Destination of remarks.
+            time_offsets: Times that are added to the stamps of topics by our names [s]; None for
+                none.
         """
         heads = [name for name, topic in self._names.items() if topic is topics.HEAD_ANGLE]
         scans = [name for name, topic in self._names.items() if topic is topics.SCAN]
@@ -182,19 +188,53 @@ class BagSurvey:
             if scans and scans[0] in offsets:
                 offsets.update(dict.fromkeys(heads, offsets[scans[0]]))
             for topic in readings:
-                self._spread_bursts(topic.within(piece.begin_ns, piece.end_ns), piece, remarks)
+                part = topic.within(piece.begin_ns, piece.end_ns)
+                self._spread_bursts(part, piece, remarks)
+                self._shift(part, piece, time_offsets or {})
+        self._note_offset(pieces, remarks, time_offsets or {})
         return pieces, left_out
+
+    def _shift(self, stamps: TopicStamps, piece: Piece, offsets: Mapping[str, float]) -> None:
+        """Add the time that the user gives to the stamps of a topic in a piece."""
+        seconds = offsets.get(self._names[stamps.name].ros1)
+        if seconds is None:
+            return
+        spread = piece.clock.spread
+        times = spread[stamps.name] if stamps.name in spread else _times(stamps)
+        spread[stamps.name] = times + round(seconds * NS)
+
+    def _note_offset(
+        self, pieces: list[Piece], remarks: Remarks, offsets: Mapping[str, float]
+    ) -> None:
+        """Remark on a sensor whose turns are stamped earlier or later than the others'.
+
+        Topics that come in bursts, or whose clock is corrected, have stamps of another kind.
+        """
+        names = {name for piece in pieces for name in piece.clock.header_offsets}
+        corrected = {self._names[name] for name in names} | self._in_bursts
+        rows = {}
+        for topic in (topics.IMU, topics.MAG, topics.ENCODERS):
+            found = self.history.array(topic)
+            if found is not None and topic not in corrected and len(self._sources[topic]) == 1:
+                found[:, 0] += offsets.get(topic.ros1, 0.0)
+                rows[topic] = found
+        if topics.IMU not in rows:
+            return
+        remark = offset_remark(rows[topics.IMU], rows.get(topics.MAG), rows.get(topics.ENCODERS))
+        if remark is not None:
+            remarks.note(remark[0].ros1, remark[1])
 
     def _spread_bursts(self, stamps: TopicStamps, piece: Piece, remarks: Remarks) -> None:
         """Spread the readings of a topic that come in bursts in a piece of the recording."""
         topic = self._names[stamps.name]
-        times = stamps.header if (stamps.header != 0).all() else stamps.recorder
+        times = _times(stamps)
         bursts = find_bursts(times) if self._is_of_one_source(topic) else None
         if bursts is None:
             return
         before, after = (bursts.spread(times, is_after) for is_after in (False, True))
         is_after = topic is topics.IMU and self._holds_what_follows(times, before, after)
         piece.clock.spread[stamps.name] = after if is_after else before
+        self._in_bursts.add(topic)
         remarks.note(
             stamps.name,
             f"readings come in bursts of {bursts.size:.1f}, {NS / bursts.period:.0f} a second in "
@@ -236,6 +276,11 @@ class BagSurvey:
             float(np.median(found.durations)) if found.durations else 0.0,
             topic is not topics.FIX,
         )
+
+
+def _times(stamps: TopicStamps) -> Stamps:
+    """Return the stamps that a topic's readings are used by [ns], shape (k,)."""
+    return stamps.header if (stamps.header != 0).all() else stamps.recorder
 
 
 def survey_bag(

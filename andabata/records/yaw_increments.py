@@ -15,7 +15,7 @@ Interval = tuple[float, float]
 _WINDOW = 1.0
 """Length of a window [s]."""
 
-_LONGEST_SILENCE = 0.5
+LONGEST_SILENCE = 0.5
 """Longest silence of a sensor within a window [s]."""
 
 
@@ -98,7 +98,7 @@ def _window_edges(given: list[Rows], begin: float, end: float) -> Rows:
     runs = [(begin, end)]
     for rows in given:
         stamps = rows[:, 0]
-        silences = np.flatnonzero(np.diff(stamps) > _LONGEST_SILENCE)
+        silences = np.flatnonzero(np.diff(stamps) > LONGEST_SILENCE)
         ends = [-np.inf, *(at for k in silences for at in (stamps[k], stamps[k + 1])), np.inf]
         runs = _intersection(runs, list(zip(ends[::2], ends[1::2], strict=True)))
     starts = np.concatenate([np.arange(a, b - _WINDOW, _WINDOW) for a, b in runs] or [np.zeros(0)])
@@ -136,10 +136,15 @@ def heading_of(vectors: Rows, up: Rows) -> Rows:
     return np.asarray(np.unwrap(-np.arctan2(vectors @ left, vectors @ forward)))
 
 
+def turned_angle(stamps: Rows, rates: Rows) -> Rows:
+    """Return the integral of rates since the first stamp, by the trapezoidal rule, shape (k,)."""
+    steps = np.diff(stamps) * (rates[1:] + rates[:-1]) / 2
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
 def _integral(stamps: Rows, rates: Rows, edges: Rows) -> Rows:
     """Return the integral of rates over windows, by the trapezoidal rule, shape (w,)."""
-    steps = np.diff(stamps) * (rates[1:] + rates[:-1]) / 2
-    return _difference(stamps, np.concatenate([[0.0], np.cumsum(steps)]), edges)
+    return _difference(stamps, turned_angle(stamps, rates), edges)
 
 
 def _difference(stamps: Rows, values: Rows, edges: Rows) -> Rows:

@@ -111,7 +111,7 @@ def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> Recorde
         units = infer_units(found.history, config.robot, factors, remarks, flux)
     except UnitError as error:
         raise UnitError(error.topic, error.reason + found.choice_of_source(error.topic)) from error
-    pieces, skipped = found.pieces(remarks)
+    pieces, skipped = found.pieces(remarks, options.time_offsets)
     return RecordedDrive(
         cloud=cloud,
         topics=topics,

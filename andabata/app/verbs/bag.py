@@ -94,6 +94,7 @@ def replay(
         topics=topics.names(),
         mountings=sensors.mountings(),
         units=topics.units(),
+        time_offsets=topics.time_offsets(),
         sources=sensors.sources(),
     )
     console = output.console()

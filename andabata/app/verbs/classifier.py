@@ -138,6 +138,7 @@ def adapt(
         topics=topics.names(),
         mountings=sensors.mountings(),
         units=topics.units(),
+        time_offsets=topics.time_offsets(),
         sources=sensors.sources(),
     )
     folders = (clouds, *(more or ()))

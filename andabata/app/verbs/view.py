@@ -73,6 +73,7 @@ def view(
         topics=topics.names(),
         mountings=sensors.mountings(),
         units=topics.units(),
+        time_offsets=topics.time_offsets(),
         sources=sensors.sources(),
     )
     data = view_recording(run_or_bag, options, config, out, console)

@@ -340,3 +340,39 @@ def test_a_gyro_of_the_wrong_sign_contradicts_the_wheels(replay, rows):
     assert code == 0
     assert outcome(mended) == outcome(plain)
     assert mended["remark_texts"] == []
+
+
+def moved(row, shift):
+    """Return a row that is stamped and recorded later [ns]."""
+    return replace(restamped(row, stamp_of(row) + shift), stamp_ns=row.stamp_ns + shift)
+
+
+@pytest.mark.parametrize(
+    ("topic", "seconds"),
+    [("/imu", 0.2), ("/mag_orientation", -0.2), ("/encoder_data", 0.2), ("/imu", 0.089)],
+)
+def test_stamps_of_one_sensor_that_are_late_are_said_and_the_option_mends_them(
+    replay, rows, topic, seconds
+):
+    """Each option that is advised leads to a replay without a remark."""
+    late = edited(rows, topic, lambda row, _: moved(row, round(seconds * NS)))
+    code, data, _ = replay(late)
+    assert code == 0
+    (text,) = data["remark_texts"]
+    options = re.findall(r"--time-offset (\S+)=(\S+)", text)
+    assert options[0][0] == topic
+    assert float(options[0][1]) == pytest.approx(-seconds, abs=0.02)
+    for name, value in options:
+        code, data, _ = replay(late, "--time-offset", f"{name}={value}")
+        assert code == 0
+        assert data["remark_texts"] == []
+        assert data["health"] == {"ok": data["periods"]}
+
+
+def test_a_time_offset_is_that_of_the_stamps(replay, rows):
+    """Stamps that are moved by a time and back give the same drive."""
+    _, plain, _ = replay(rows)
+    late = edited(rows, "/imu", lambda row, _: moved(row, NS // 5))
+    code, data, _ = replay(late, "--time-offset", "/imu=-0.2")
+    assert code == 0
+    assert outcome(data) == outcome(plain)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from andabata.records import topics
 from andabata.records.topics import Topic
-from andabata.records.yaw_increments import LONGEST_SILENCE, heading_of, turned_angle, up_direction
+from andabata.records.yaw_increments import common_runs, heading_of, turned_angle, up_direction
 
 Rows = NDArray[np.float64]
 
@@ -75,9 +75,9 @@ def yaw_lag(one: Rows, other: Rows) -> Lag | None:
     """
     begin, end = (pick(one[at, 0], other[at, 0]) for pick, at in ((max, 0), (min, -1)))
     margin = _HALF_WINDOW + _MAX_LAG
-    instants = np.arange(begin + margin, end - margin, _STEP)
-    for rows in (one, other):
-        instants = instants[~_is_silent(rows[:, 0], instants, margin)]
+    runs = common_runs([one[:, 0], other[:, 0]], begin, end)
+    parts = [np.arange(a + margin, b - margin, _STEP) for a, b in runs]
+    instants = np.concatenate([np.zeros(0), *parts])
     if len(instants) < _FEWEST:
         return None
     lags = np.arange(-round(_MAX_LAG / _LAG_STEP), round(_MAX_LAG / _LAG_STEP) + 1) * _LAG_STEP
@@ -90,14 +90,6 @@ def yaw_lag(one: Rows, other: Rows) -> Lag | None:
     bend = left - 2 * middle + right
     seconds = float(lags[best] + (_LAG_STEP * (left - right) / (2 * bend) if bend < 0 else 0.0))
     return Lag(seconds, _sigma(one, still, instants + seconds))
-
-
-def _is_silent(stamps: Rows, instants: Rows, margin: float) -> NDArray[np.bool_]:
-    """Return the instants with a silence of a sensor nearer than a margin [s], shape (n,)."""
-    gaps = np.flatnonzero(np.diff(stamps) > LONGEST_SILENCE)
-    begins, ends = stamps[gaps] - margin, stamps[gaps + 1] + margin
-    opened = np.searchsorted(begins, instants, side="right")
-    return np.asarray(opened > np.searchsorted(ends, instants, side="left"))
 
 
 def _changes(angles: Rows, instants: Rows) -> Rows:

@@ -15,7 +15,7 @@ Interval = tuple[float, float]
 _WINDOW = 1.0
 """Length of a window [s]."""
 
-LONGEST_SILENCE = 0.5
+_LONGEST_SILENCE = 0.5
 """Longest silence of a sensor within a window [s]."""
 
 
@@ -95,14 +95,25 @@ def correlation_of(a: Rows, b: Rows) -> float:
 
 def _window_edges(given: list[Rows], begin: float, end: float) -> Rows:
     """Return begin and end of windows in which no sensor is silent for long [s], shape (w, 2)."""
-    runs = [(begin, end)]
-    for rows in given:
-        stamps = rows[:, 0]
-        silences = np.flatnonzero(np.diff(stamps) > LONGEST_SILENCE)
-        ends = [-np.inf, *(at for k in silences for at in (stamps[k], stamps[k + 1])), np.inf]
-        runs = _intersection(runs, list(zip(ends[::2], ends[1::2], strict=True)))
+    runs = common_runs([rows[:, 0] for rows in given], begin, end)
     starts = np.concatenate([np.arange(a, b - _WINDOW, _WINDOW) for a, b in runs] or [np.zeros(0)])
     return np.column_stack([starts, starts + _WINDOW])
+
+
+def common_runs(sensors: list[Rows], begin: float, end: float) -> list[Interval]:
+    """Return the intervals between two times in which no sensor is silent for long.
+
+    Args:
+        sensors: Stamps of each sensor in order of time [s].
+        begin: Begin of the first interval [s].
+        end: End of the last interval [s].
+    """
+    runs = [(begin, end)]
+    for stamps in sensors:
+        silences = np.flatnonzero(np.diff(stamps) > _LONGEST_SILENCE)
+        ends = [-np.inf, *(at for k in silences for at in (stamps[k], stamps[k + 1])), np.inf]
+        runs = _intersection(runs, list(zip(ends[::2], ends[1::2], strict=True)))
+    return runs
 
 
 def _intersection(runs: list[Interval], others: list[Interval]) -> list[Interval]:

@@ -71,13 +71,15 @@ def train(
     """
     from andabata.app.classifier_training import train_cell_classifier
     from andabata.evaluation.classifier import tables
+    from andabata.records.run_lock import locked_folder
     from traversability.forest_training import PAPER_GRID, PAPER_RECIPE, ForestConfig
     from traversability.grid import PolarGrid
 
     base, grid = (PAPER_RECIPE, PAPER_GRID) if recipe is Recipe.PAPER else (None, PolarGrid())
     config, console = settings.resolve(ForestConfig, base), output.console()
     folders = (clouds, *(more or ()))
-    data, samples = train_cell_classifier(folders, out, config, grid, seed, console, add)
+    with locked_folder(out):
+        data, samples = train_cell_classifier(folders, out, config, grid, seed, console, add)
     console.result(data, tables(data, samples))
 
 
@@ -120,6 +122,7 @@ def adapt(
     from andabata.app.settings import resolve
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.machine.robot import RobotModel
+    from andabata.records.run_lock import locked_file
     from andabata.replay.options import ReplayOptions
     from andabata.training.forest_adaptation import (
         OWN,
@@ -142,13 +145,14 @@ def adapt(
         sources=sensors.sources(),
     )
     folders = (clouds, *(more or ()))
-    found, data = adapt_cell_classifier(
-        bags, folders, forest.load(), options, config, seed, console
-    )
-    console.result(data, adaptation_text(data))
-    if data[OWN]["before"]["recall"] is None:
-        console.status("no blocked cell in the held-out part: its recall is unknown")
-    write_adapted(out, found, config)
+    with locked_file(out):
+        found, data = adapt_cell_classifier(
+            bags, folders, forest.load(), options, config, seed, console
+        )
+        console.result(data, adaptation_text(data))
+        if data[OWN]["before"]["recall"] is None:
+            console.status("no blocked cell in the held-out part: its recall is unknown")
+        write_adapted(out, found, config)
     console.status(f"{out}: give it to --forest")
 
 
@@ -206,10 +210,12 @@ def ground(
     """
     from andabata.app.classifier_training import train_ground
     from andabata.evaluation.classifier import ground_classifier_table
+    from andabata.records.run_lock import locked_folder
     from traversability.cartesian.classifier import GroundClassifierConfig
 
     config, console = settings.resolve(GroundClassifierConfig), output.console()
-    data = train_ground((clouds, *(more or ())), out, config, seed, console)
+    with locked_folder(out):
+        data = train_ground((clouds, *(more or ())), out, config, seed, console)
     console.result(data, ground_classifier_table(data))
 
 

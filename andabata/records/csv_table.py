@@ -12,6 +12,7 @@ from typing import Any, Self, TextIO
 import numpy as np
 
 from andabata.records import atomic_io
+from andabata.records.strict_json import dumps
 from andabata.records.topics import RosMessage
 
 LONGEST_BYTES = 64
@@ -110,11 +111,11 @@ class CsvTable:
                 return
             if len(value) > LONGEST_ARRAY or name in self._whole_arrays:
                 self._whole_arrays[name] = "a JSON list"
-                yield name, json.dumps(value.tolist())
+                yield name, dumps(value.tolist())
                 return
         elif len(value) > LONGEST_LIST or name in self._whole_arrays:
             self._whole_arrays[name] = "a JSON list"
-            yield name, json.dumps([_plain(part) for part in value])
+            yield name, dumps([_plain(part) for part in value])
             return
         for k, part in enumerate(value):
             yield from self._flat(f"{name}.{k}", part)

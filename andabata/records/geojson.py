@@ -1,6 +1,5 @@
 """Tracks, goals and satellite fixes as GeoJSON (RFC 7946): longitude, latitude, altitude."""
 
-import json
 from datetime import UTC, datetime
 from typing import Any
 
@@ -9,6 +8,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.geo_reference import GeoReference
 from andabata.records.messages import NS
+from andabata.records.strict_json import dumps
 from andabata.records.tracks import Track, TrackError
 
 _DEGREES, _METRES = 9, 3
@@ -23,7 +23,7 @@ def feature_collection(features: list[dict[str, Any]]) -> bytes:
     """
     if not features:
         raise TrackError("features: expected a track, goals or fixes, got none; choose --topic")
-    return json.dumps({"type": "FeatureCollection", "features": features}).encode()
+    return dumps({"type": "FeatureCollection", "features": features}).encode()
 
 
 def track_feature(track: Track, reference: GeoReference | None) -> dict[str, Any]:

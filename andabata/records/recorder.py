@@ -1,6 +1,5 @@
 """Readings, estimates and commands of a robot as messages, for a recording or a live graph."""
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,6 +16,7 @@ from andabata.records import topics
 from andabata.records.bag_writers import MessageWriter
 from andabata.records.messages import MessageBuilder
 from andabata.records.planner_recorder import PlannerRecorder
+from andabata.records.strict_json import dumps
 from andabata.records.topics import RosMessage, Topic
 from traversability.cloud import PointCloud
 
@@ -156,7 +156,7 @@ class Recorder:
         queue, builder, self.has_begun = self._queue, self._queue.builder, True
         queue.add(stamp, topics.INITIAL_POSE, builder.initial(stamp, pose))
         queue.add(stamp, topics.FILTERED_ODOMETRY, builder.odometry(stamp, pose))
-        values = {SETUP: json.dumps(setup, sort_keys=True)}
+        values = {SETUP: dumps(setup, sort_keys=True)}
         queue.add(stamp, topics.DIAGNOSTICS, builder.diagnostics(stamp, 0, "begin", values))
         queue.flush()
 

@@ -220,12 +220,11 @@ def layout(
         andabata bag layout --out foxglove.json
         andabata bag layout --out foxglove1.json --ros 1
     """
-    import json
-
     from andabata.records import atomic_io
     from andabata.records.foxglove_layout import foxglove_layout
+    from andabata.records.strict_json import dumps
 
     found = foxglove_layout(1 if ros == 1 else 2)
-    atomic_io.write(out, json.dumps(found, indent=2).encode())
+    atomic_io.write(out, dumps(found, indent=2).encode())
     data = {"file": str(out), "panels": list(found["configById"])}
     output.console().result(data, f"layout for Foxglove in {out}")

@@ -11,10 +11,9 @@ from andabata.app.options import (
     ConsoleOptions,
     ForestOptions,
     Seed,
-    SensorOptions,
     SettingsOptions,
-    TopicOptions,
 )
+from andabata.app.recording_options import RecordedRobot, RecordingOptions
 
 app = typer.Typer(
     help="The classifiers: train, adapt, evaluate, ground, export.", no_args_is_help=True
@@ -36,6 +35,10 @@ class Recipe(StrEnum):
 
 
 Clouds = Annotated[Path, typer.Option("--clouds", help="Folder of `clouds generate`.")]
+AdaptationFile = Annotated[
+    Path | None,
+    typer.Option(help="TOML file with settings of labels, correction and held-out part."),
+]
 More = Annotated[
     list[Path] | None,
     typer.Option("--and", help="Train on this folder's clouds, too; may be repeated."),
@@ -93,15 +96,9 @@ def adapt(
     clouds: Clouds,
     out: Annotated[Path, typer.Option(help="File of the adapted forest, for --forest.")],
     more: More = None,
-    adaptation: Annotated[
-        Path | None,
-        typer.Option(help="TOML file with settings of labels, correction and held-out part."),
-    ] = None,
-    robot: Annotated[
-        str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
-    ] = None,
-    topics: TopicOptions,
-    sensors: SensorOptions,
+    adaptation: AdaptationFile = None,
+    robot: RecordedRobot = None,
+    recording: RecordingOptions,
     seed: Seed = 0,
     forest: ForestOptions,
     output: ConsoleOptions,
@@ -120,30 +117,15 @@ def adapt(
     """
     from andabata.app.classifier_adaptation import adapt_cell_classifier, write_adapted
     from andabata.app.settings import resolve
-    from andabata.assembly.simulated_robot import SimulatedRobotConfig
-    from andabata.machine.robot import RobotModel
     from andabata.records.run_lock import locked_file
-    from andabata.replay.options import ReplayOptions
     from andabata.training.forest_adaptation import (
         OWN,
         DriveAdaptationConfig,
         adaptation_text,
     )
 
-    def configure(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:
-        body = {"robot": RobotModel.load(robot)} if robot else {}
-        return sensors.configure(recorded.model_copy(update=body))
-
     config, console = resolve(DriveAdaptationConfig, adaptation), output.console()
-    options = ReplayOptions(
-        cloud=sensors.cloud,
-        configure=configure,
-        topics=topics.names(),
-        mountings=sensors.mountings(),
-        units=topics.units(),
-        time_offsets=topics.time_offsets(),
-        sources=sensors.sources(),
-    )
+    options = recording.replay(robot=robot)
     folders = (clouds, *(more or ()))
     with locked_file(out):
         found, data = adapt_cell_classifier(

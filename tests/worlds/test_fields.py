@@ -73,7 +73,7 @@ def test_bare_ground_is_level_at_the_robot_in_the_middle_of_26_m():
 
 @pytest.mark.parametrize("bearing", [0.0, np.pi / 2])
 def test_tiles_fill_the_field_with_its_heights(bearing):
-    """From the edge on, 9 m deep and 9 m to either side in tiles of 0.5 m; heights vary by 15 % at most."""
+    """From the edge on, 9 m deep and to either side; heights vary by 15 % at most."""
     world = make_field(MEADOW, bearing, np.random.default_rng(2))
     corners = np.concatenate([each.vertices for each in world.objects])
     ahead, aside = (

@@ -43,7 +43,7 @@ def locked_folder(folder: Path | None) -> Iterator[Path | None]:
     made = [each for each in (path, *path.parents) if not each.exists()]
     make_folder(folder)
     try:
-        with _locked(folder / LOCK, f"{folder}: expected a folder"):
+        with _locked(folder / LOCK, f"{folder}: expected a folder that no other command writes"):
             yield folder
     finally:
         with suppress(OSError):
@@ -64,7 +64,10 @@ def locked_file(path: Path) -> Iterator[Path]:
     """
     if not path.absolute().parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "expected an existing folder", str(path.parent))
-    with _locked(path.with_name(f".{path.name}{LOCK}"), f"{path}: expected a file"):
+    with _locked(
+        path.with_name(f".{path.name}{LOCK}"),
+        f"{path}: expected a file that no other command writes",
+    ):
         yield path
 
 
@@ -106,7 +109,7 @@ def _open(path: Path, expected: str) -> IO[str]:
             number, _, command = file.read().partition(" ")
             file.close()
             raise RunLockError(
-                f"{expected} that no other command writes, got that of process "
+                f"{expected}, got that of process "
                 f"{number or 'unknown'}{f' ({command})' if command else ''}; wait for it, or take "
                 "another --out"
             ) from None

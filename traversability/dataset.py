@@ -81,7 +81,10 @@ class Manifest(BaseModel):
 
     def to_bytes(self) -> bytes:
         """Return the bytes of the manifest's file."""
-        return (json.dumps(self.model_dump(mode="json"), indent=1, sort_keys=True) + "\n").encode()
+        return (
+            json.dumps(self.model_dump(mode="json"), indent=1, sort_keys=True, allow_nan=False)
+            + "\n"
+        ).encode()
 
 
 def config_hash(config: dict[str, Any]) -> str:

@@ -103,7 +103,7 @@ def _decode(
 ) -> DecodedCloud:
     """Return the cloud of a file's bytes, by the suffix of its name."""
     if suffix == ".npz":
-        decoded = _from_npz(data, units)
+        decoded = _from_npz(data, path, units, labels)
     elif suffix == ".bin":
         decoded = _from_bare_floats(data, path, columns, units, labels)
     elif suffix in _LAS:
@@ -239,22 +239,35 @@ def _to_bin(cloud: PointCloud, intensity: NDArray[Any] | None) -> bytes:
     return np.column_stack([cloud.points, fourth]).astype("<f4").tobytes()
 
 
-def _from_npz(data: bytes, units: CoordinateUnits | None) -> DecodedCloud:
-    """Return a cloud of ``cloud_to_bytes``, or that of the first array that looks like one."""
+def _from_npz(
+    data: bytes, path: Path, units: CoordinateUnits | None, labels: ClassTable | None
+) -> DecodedCloud:
+    """Return a cloud of ``cloud_to_bytes``, or that of another program's arrays."""
     arrays, header = unpack(data, _MAX_BYTES)
     if header.get("format") == _FORMAT:
         return _in_metres(_own(arrays, header), units)
+    return decode_columns(_with_classes(_foreign_columns(arrays), path, labels), units=units)
+
+
+def _foreign_columns(arrays: dict[str, NDArray[Any]]) -> Columns:
+    """Return the columns of the first array that looks like a cloud.
+
+    Arrays with a number for each point, such as labels, are columns beside bare coordinates.
+
+    Raises:
+        FormatError: If no array looks like one.
+    """
     for array in arrays.values():
         if array.dtype.names:
-            return decode_columns(record_columns(array), units=units)
+            return record_columns(array)
     if set(COORDINATES) <= set(arrays):
         count = arrays["x"].size
-        table = {n: a.ravel() for n, a in arrays.items() if a.size == count}
-        return decode_columns(table, units=units)
+        return {n: a.ravel() for n, a in arrays.items() if a.size == count}
     for array in arrays.values():
         if array.ndim == 2 and 3 <= array.shape[1] <= 8 and array.dtype.kind in "fiu":
             names = bare_floats.names(array)
-            return decode_columns(dict(zip(names, array.T, strict=True)), units=units)
+            beside = {n: a.ravel() for n, a in arrays.items() if a.size == len(array)}
+            return beside | dict(zip(names, array.T, strict=True))
     known = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
     raise FormatError(f"expected an array with fields x, y, z or of shape (n, 3), got {known}")
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, ellipsoid, frustum, log, rock
-from worlds.truth import TruthConfig, build_truth
+from worlds.fields import plain_world
 from worlds.world import World
 
 Heights = NDArray[np.float64]
@@ -79,9 +79,7 @@ def make_hazard(
         return np.array([px, py, float(ground.height_at(px, py))])
 
     objects = tuple(hazard.objects(place, rng)) if hazard.objects is not None else ()
-    truth = build_truth(ground, objects, TruthConfig())
-    surface = np.zeros((n - 1, n - 1), dtype=np.uint8)
-    return World(f"hazard-{hazard.name}", 0, 0.0, ground, surface, objects, (), truth)
+    return plain_world(f"hazard-{hazard.name}", ground, objects)
 
 
 def _ramp(ahead: Heights, run: float) -> Heights:

@@ -1,6 +1,5 @@
 """Output of commands: status and progress on stderr, so that stdout is for results alone."""
 
-import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -22,6 +21,7 @@ from rich.progress import (
 from rich.table import Table
 
 from andabata.printable import printable
+from andabata.runs.strict_json import dumps
 
 COMPILES = "compiling kernels, once after an installation or an update: a minute or two ..."
 """Line before the silence of a first use."""
@@ -64,7 +64,7 @@ class Console:
             parts: Tables and texts; lines of a text are not wrapped.
         """
         if self.as_json:
-            sys.stdout.write(json.dumps(_finite(data)) + "\n")
+            sys.stdout.write(dumps(_printable(data)) + "\n")
             return
         for part in parts:
             shown = printable(part) if isinstance(part, str) else part
@@ -125,14 +125,10 @@ def _text(value: object) -> str:
     return f"{value:.3f}" if isinstance(value, float) else printable(str(value))
 
 
-def _finite(value: Any) -> Any:  # noqa: ANN401 - any JSON value.
-    """Return data for strict JSON: numbers that are not finite become null, texts are Unicode."""
+def _printable(value: Any) -> Any:  # noqa: ANN401 - any JSON value.
+    """Return data for JSON whose texts are Unicode."""
     if isinstance(value, Mapping):
-        return {printable(str(key)): _finite(item) for key, item in value.items()}
+        return {printable(str(key)): _printable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, str):
-        return printable(value)
-    if isinstance(value, float) and value - value != 0.0:
-        return None
-    return value
+        return [_printable(item) for item in value]
+    return printable(value) if isinstance(value, str) else value

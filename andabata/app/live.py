@@ -33,6 +33,7 @@ def run_navigator(
     *,
     cloud: str | None = None,
     mountings: Mapping[str, GivenMounting] | None = None,
+    sources: Mapping[str, str] | None = None,
     start: tuple[float, ...] | None = None,
     goal: tuple[float, ...] | None = None,
     seconds: float | None = None,
@@ -49,6 +50,7 @@ def run_navigator(
         console: Console that shows the progress and the datum.
         cloud: Topic of a 3D laser; None for the turning laser's two.
         mountings: Mountings by sensor that the user gives.
+        sources: Frame of the only source that is read, by topic.
         start: Position [m] and yaw [deg] in the map; None to wait for them in the graph.
         goal: First goal in the map [m]; None to wait for one in the graph.
         seconds: Time after which to stop [s]; None to run until the graph ends.
@@ -72,6 +74,7 @@ def run_navigator(
             given_geo_reference(configure),
             console.status,
             local_map,
+            sources,
         )
         if goal is not None:
             node.set_goal(np.array(goal))

@@ -87,6 +87,28 @@ def units(texts: Sequence[str]) -> dict[str, str]:
     return found
 
 
+_MAX_TIME_OFFSET = 1.0
+"""Largest time by which stamps are shifted [s]: readings are put in order within it."""
+
+
+def time_offsets(texts: Sequence[str]) -> dict[str, float]:
+    """Return the times of options of the form ``topic=seconds`` [s], by topic.
+
+    Raises:
+        UsageError: If there is no such topic, or a time is not a number of seconds below 1.
+    """
+    known = ("/imu", "/encoder_data", "/mag_orientation", "/fix")
+    found = {}
+    for topic, text in pairs(texts, "--time-offset").items():
+        one_word(topic, known, "--time-offset")
+        (seconds,) = numbers(text, 1, f"--time-offset {topic}")
+        if abs(seconds) > _MAX_TIME_OFFSET:
+            limit = f"at most {_MAX_TIME_OFFSET:g} s before or after"
+            raise UsageError(f"--time-offset {topic}: expected {limit}, got {text}")
+        found[topic] = seconds
+    return found
+
+
 def span(text: str, most: int, option: str) -> range:
     """Return the indices, from 0, of numbers from 1 on that an option names as ``1`` or ``1-3``.
 

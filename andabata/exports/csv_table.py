@@ -13,6 +13,7 @@ import numpy as np
 
 from andabata.records.topics import RosMessage
 from andabata.runs import atomic_io
+from andabata.runs.strict_json import dumps
 
 LONGEST_BYTES = 64
 """Number of bytes up to which each has a column; longer arrays are written as base64."""
@@ -110,11 +111,11 @@ class CsvTable:
                 return
             if len(value) > LONGEST_ARRAY or name in self._whole_arrays:
                 self._whole_arrays[name] = "a JSON list"
-                yield name, json.dumps(value.tolist())
+                yield name, dumps(value.tolist())
                 return
         elif len(value) > LONGEST_LIST or name in self._whole_arrays:
             self._whole_arrays[name] = "a JSON list"
-            yield name, json.dumps([_plain(part) for part in value])
+            yield name, dumps([_plain(part) for part in value])
             return
         for k, part in enumerate(value):
             yield from self._flat(f"{name}.{k}", part)

@@ -1,6 +1,5 @@
 """Tracks, goals and satellite fixes as GeoJSON (RFC 7946): longitude, latitude, altitude."""
 
-import json
 from datetime import UTC, datetime
 from typing import Any
 
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from andabata.exports.tracks import Track, TrackError
 from andabata.machine.geo_reference import GeoReference
 from andabata.records.messages import NS
+from andabata.runs.strict_json import dumps
 
 _DEGREES, _METRES = 9, 3
 """Decimals of an angle, a tenth of a millimetre on the ground, and of an altitude."""
@@ -23,7 +23,7 @@ def feature_collection(features: list[dict[str, Any]]) -> bytes:
     """
     if not features:
         raise TrackError("features: expected a track, goals or fixes, got none; choose --topic")
-    return json.dumps({"type": "FeatureCollection", "features": features}).encode()
+    return dumps({"type": "FeatureCollection", "features": features}).encode()
 
 
 def track_feature(track: Track, reference: GeoReference | None) -> dict[str, Any]:

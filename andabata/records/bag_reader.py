@@ -65,6 +65,9 @@ def read_periods(bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping) 
         bag: Recording to read.
         sensor_decoder: Decoder without messages, counting from the drive's start.
         remapping: Names that the recording uses.
+
+    Raises:
+        SourceError: If two sources of one topic contradict each other.
     """
     names = topic_names(
         (*sensor_decoder.wanted, topics.VIRTUAL_SCAN, topics.WHEEL_COMMAND), remapping
@@ -108,7 +111,12 @@ def _forward_speed(command: RosMessage) -> float | None:
 
 
 def _period(sensor_decoder: SensorDecoder, end: _End) -> Period:
-    """Return the period that ends now."""
+    """Return the period that ends now.
+
+    Raises:
+        SourceError: If two sources of one topic contradict each other.
+    """
+    sensor_decoder.verify_sources()
     goal, ranges, wheels = sensor_decoder.goal, sensor_decoder.ranges, sensor_decoder.wheels
     readings = sensor_decoder.readings(sensor_decoder.seconds(end.stamp_ns))
     return Period(readings, goal, ranges, wheels, end.speed)

@@ -17,6 +17,7 @@ from andabata.records.decoding.message_decoder import MessageDecoder
 from andabata.records.decoding.point_cloud2 import as_point_cloud2, cloud_of
 from andabata.records.decoding.row_history import RowHistory
 from andabata.records.decoding.sensor_decoder import SensorDecoder
+from andabata.records.decoding.source_choice import ReadingSource
 from andabata.records.decoding.wheel_speeds import JointFacts
 from andabata.records.decoding.wheel_zeros import zeros_between
 from andabata.records.decoding.yaw_increments import heading_of, up_direction
@@ -24,6 +25,7 @@ from andabata.records.messages import NS, header_ns
 from andabata.records.pieces import Piece, cut_pieces
 from andabata.records.recorded_settings import parse_settings
 from andabata.records.remarks import Remarks
+from andabata.records.stamp_offsets import offset_remark
 from andabata.records.topic_selection import Remapping, topic_names
 from andabata.records.topics import RosMessage, Topic
 
@@ -90,7 +92,8 @@ class BagSurvey:
         self._names, self._cloud, self._joints = names, cloud, decoder.joints
         self._reasons: dict[Topic, Counter[str]] = {}
         self._unread: Counter[Topic] = Counter()
-        self._sources: dict[Topic, set[tuple[str, str]]] = {}
+        self._in_bursts: set[Topic] = set()
+        self._sources: dict[Topic, list[ReadingSource]] = {}
         self._stamps: dict[str, _Stamps] = {name: _Stamps() for name in names}
         for message in bag.messages((*names, *diagnostics)):
             if message.topic in names:
@@ -104,8 +107,9 @@ class BagSurvey:
         stamps.recorder.append(message.stamp_ns)
         stamps.header.append(header_ns(content) if hasattr(content, "header") else 0)
         if topic in ALTERNATIVES:
-            frame = getattr(getattr(content, "header", None), "frame_id", "")
-            self._sources.setdefault(topic, set()).add((frame, message.publisher))
+            source = ReadingSource.of(content, message.publisher)
+            if source not in (sources := self._sources.setdefault(topic, [])):
+                sources.append(source)
             stamp = self._measured_ns(stamps) / NS
             try:
                 raw = decoder.raw(topic, content, stamp)
@@ -137,6 +141,17 @@ class BagSurvey:
             f"{topic.ros1} names another topic"
         )
 
+    def choice_of_source(self, topic: Topic) -> str:
+        """Return how to choose one of two sources of a topic, empty where it has one."""
+        first, *others = self._sources.get(topic, [ReadingSource()])
+        if not others:
+            return ""
+        names = " or ".join(
+            f"--source {topic.ros1}={one.name_beside(other)}"
+            for one, other in ((first, others[0]), (others[0], first))
+        )
+        return f"; readings come from {first} and {others[0]}: {names} chooses one"
+
     @property
     def joints(self) -> JointFacts:
         """Facts about the joint states."""
@@ -152,11 +167,15 @@ class BagSurvey:
         """Number of messages by our names of the topics."""
         return {self._names[name].ros1: count for name, count in self.counts.items()}
 
-    def pieces(self, remarks: Remarks) -> tuple[list[Piece], int]:
+    def pieces(
+        self, remarks: Remarks, time_offsets: Mapping[str, float] | None = None
+    ) -> tuple[list[Piece], int]:
         """Return the pieces of the recording, and the number of parts that are left out.
 
         Args:
             remarks: Destination of remarks.
+            time_offsets: Times that are added to the stamps of topics by our names [s]; None for
+                none.
         """
         heads = [name for name, topic in self._names.items() if topic is topics.HEAD_ANGLE]
         scans = [name for name, topic in self._names.items() if topic is topics.SCAN]
@@ -168,19 +187,53 @@ class BagSurvey:
             if scans and scans[0] in offsets:
                 offsets.update(dict.fromkeys(heads, offsets[scans[0]]))
             for topic in readings:
-                self._spread_bursts(topic.within(piece.begin_ns, piece.end_ns), piece, remarks)
+                part = topic.within(piece.begin_ns, piece.end_ns)
+                self._spread_bursts(part, piece, remarks)
+                self._shift(part, piece, time_offsets or {})
+        self._note_offset(pieces, remarks, time_offsets or {})
         return pieces, left_out
+
+    def _shift(self, stamps: TopicStamps, piece: Piece, offsets: Mapping[str, float]) -> None:
+        """Add the time that the user gives to the stamps of a topic in a piece."""
+        seconds = offsets.get(self._names[stamps.name].ros1)
+        if seconds is None:
+            return
+        spread = piece.clock.spread
+        times = spread[stamps.name] if stamps.name in spread else _times(stamps)
+        spread[stamps.name] = times + round(seconds * NS)
+
+    def _note_offset(
+        self, pieces: list[Piece], remarks: Remarks, offsets: Mapping[str, float]
+    ) -> None:
+        """Remark on a sensor whose turns are stamped earlier or later than the others'.
+
+        Topics that come in bursts, or whose clock is corrected, have stamps of another kind.
+        """
+        names = {name for piece in pieces for name in piece.clock.header_offsets}
+        corrected = {self._names[name] for name in names} | self._in_bursts
+        rows = {}
+        for topic in (topics.IMU, topics.MAG, topics.ENCODERS):
+            found = self.history.array(topic)
+            if found is not None and topic not in corrected and len(self._sources[topic]) == 1:
+                found[:, 0] += offsets.get(topic.ros1, 0.0)
+                rows[topic] = found
+        if topics.IMU not in rows:
+            return
+        remark = offset_remark(rows[topics.IMU], rows.get(topics.MAG), rows.get(topics.ENCODERS))
+        if remark is not None:
+            remarks.note(remark[0].ros1, remark[1])
 
     def _spread_bursts(self, stamps: TopicStamps, piece: Piece, remarks: Remarks) -> None:
         """Spread the readings of a topic that come in bursts in a piece of the recording."""
         topic = self._names[stamps.name]
-        times = stamps.header if (stamps.header != 0).all() else stamps.recorder
+        times = _times(stamps)
         bursts = find_bursts(times) if self._is_of_one_source(topic) else None
         if bursts is None:
             return
         before, after = (bursts.spread(times, is_after) for is_after in (False, True))
         is_after = topic is topics.IMU and self._holds_what_follows(times, before, after)
         piece.clock.spread[stamps.name] = after if is_after else before
+        self._in_bursts.add(topic)
         remarks.note(
             stamps.name,
             f"readings come in bursts of {bursts.size:.1f}, {NS / bursts.period:.0f} a second in "
@@ -222,6 +275,11 @@ class BagSurvey:
             float(np.median(found.durations)) if found.durations else 0.0,
             topic is not topics.FIX,
         )
+
+
+def _times(stamps: TopicStamps) -> Stamps:
+    """Return the stamps that a topic's readings are used by [ns], shape (k,)."""
+    return stamps.header if (stamps.header != 0).all() else stamps.recorder
 
 
 def survey_bag(

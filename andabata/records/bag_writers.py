@@ -1,13 +1,13 @@
 """Writes recordings: ROS 1 bags, MCAP files and ROS 2 folders, without ROS."""
 
 import hashlib
-import json
 from pathlib import Path
 from typing import Any, Protocol
 
 from andabata.records.containers.container import BagError
 from andabata.records.topics import Ros, RosMessage, Topic, message_types
 from andabata.runs import atomic_io
+from andabata.runs.strict_json import dumps
 
 _CHUNK_BYTES = 1 << 20
 """Size of an MCAP chunk [bytes]: a killed recorder loses at most the last one."""
@@ -136,7 +136,7 @@ def write_manifest(path: Path, about: dict[str, Any]) -> Path:
     files = sorted(path.rglob("*")) if path.is_dir() else [path]
     sums = {file.name: _sha256(file) for file in files if file.is_file()}
     manifest = path.with_name(f"{path.name}.json")
-    text = json.dumps({"sha256": sums, **about}, indent=1, sort_keys=True)
+    text = dumps({"sha256": sums, **about}, indent=1, sort_keys=True)
     atomic_io.write(manifest, text.encode())
     return manifest
 

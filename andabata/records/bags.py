@@ -13,6 +13,7 @@ from andabata.records.containers.container import (
     RawMessage,
 )
 from andabata.records.containers.opening import open_container
+from andabata.records.decoding.source_choice import is_chosen
 from andabata.records.deserialization import (
     Deserialize,
     Deserializers,
@@ -77,6 +78,8 @@ class Bag:
 
     Attributes:
         path: Path of the recording.
+        sources: Frame, node or joints of the only source that is read, by topic; set before
+            reading where several publish on one topic.
     """
 
     def __init__(self, path: Path, damaged: bool = False) -> None:
@@ -94,6 +97,7 @@ class Bag:
                 f"{path}: expected a .bag, an .mcap or a ROS 2 folder, got nothing; check the path"
             )
         self.path = path
+        self.sources: dict[str, str] = {}
         self._damaged = damaged
         self._container: Container | None = None
         self._decoders: dict[int, Deserialize] = {}
@@ -220,8 +224,12 @@ class Bag:
             self._undecoded.pop(topic, None)  # A second pass counts anew.
         for raw in self.raw_messages(chosen):
             message = self.decode(raw)
-            if message is not None:
+            if message is not None and self._is_chosen(message):
                 yield message
+
+    def _is_chosen(self, message: Message) -> bool:
+        """Return whether a message is of the source that is read."""
+        return is_chosen(message.topic, message.content, message.publisher, self.sources)
 
     def raw_messages(self, connections: Collection[int] | None = None) -> Iterator[RawMessage]:
         """Yield serialised messages in the order of their times of recording.

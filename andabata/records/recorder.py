@@ -1,12 +1,12 @@
 """Readings, estimates and commands of a robot as messages, for a recording or a live graph."""
 
-import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.localizer import Health, Localizer
+from andabata.localization.localizer import Health, Localizer, health_after
 from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
@@ -17,6 +17,7 @@ from andabata.records.bag_writers import MessageWriter
 from andabata.records.messages import MessageBuilder
 from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.topics import RosMessage, Topic
+from andabata.runs.strict_json import dumps
 from traversability.cloud import PointCloud
 
 SETUP = "setup"
@@ -111,6 +112,8 @@ class Recorder:
     Attributes:
         has_begun: True if the begin of the drive is recorded.
         diagnostic_values: Values added to every diagnostics message, by key.
+        failures: Checks of the sensors against each other that failed, a line each; with one of
+            them no diagnostics message is ok.
     """
 
     def __init__(
@@ -140,6 +143,7 @@ class Recorder:
         self._last_complaints = ""
         self.has_begun = False
         self.diagnostic_values: dict[str, str] = {}
+        self.failures: Sequence[str] = ()
 
     def begin(self, pose: Pose, stamp: float, setup: dict[str, Any]) -> None:
         """Record the start and the settings of a drive.
@@ -152,7 +156,7 @@ class Recorder:
         queue, builder, self.has_begun = self._queue, self._queue.builder, True
         queue.add(stamp, topics.INITIAL_POSE, builder.initial(stamp, pose))
         queue.add(stamp, topics.FILTERED_ODOMETRY, builder.odometry(stamp, pose))
-        values = {SETUP: json.dumps(setup, sort_keys=True)}
+        values = {SETUP: dumps(setup, sort_keys=True)}
         queue.add(stamp, topics.DIAGNOSTICS, builder.diagnostics(stamp, 0, "begin", values))
         queue.flush()
 
@@ -220,13 +224,20 @@ class Recorder:
 
     def _health(self, now: float) -> tuple[int, str]:
         """Return the diagnostics' level, 0 to 2, and what is wrong, without numbers."""
-        level, complaints = _LEVELS[self._localizer.health], [str(self._localizer.health)]
+        health = self._checked_health
+        level, complaints = _LEVELS[health], [str(health)]
+        complaints += [text.split(":")[0] for text in self.failures]
         if isinstance(self._localizer, UkfLocalizer):
             complaints += [text.split(":")[0] for text in self._localizer.warnings]
         if self._assembler is not None and self._has_no_cloud(now):
             waiting = np.isinf(self._assembler.cloud_age(now))
             level, complaints = max(level, 1 if waiting else 2), [*complaints, "cloud"]
         return level, "; ".join(complaints)
+
+    @property
+    def _checked_health(self) -> Health:
+        """Health of the localizer, not ok where a check failed."""
+        return health_after(self._localizer.health, bool(self.failures))
 
     def _has_no_cloud(self, now: float) -> bool:
         """Return True if the robot has no cloud that is recent enough."""
@@ -236,7 +247,7 @@ class Recorder:
         """Return health, complaints and counts as a diagnostics message."""
         localizer, assembler = self._localizer, self._assembler
         values = dict(self.diagnostic_values)
-        complaints = [str(localizer.health)]
+        complaints = [str(self._checked_health), *self.failures]
         if isinstance(localizer, UkfLocalizer):
             complaints += localizer.warnings
             for name, (accepted, gated, refused) in localizer.counts.items():

@@ -70,7 +70,12 @@ class Remarks:
     @property
     def has_failures(self) -> bool:
         """True if a check failed."""
-        return any(remark.is_failure for remark in self._found.values())
+        return bool(self.failures)
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Checks that failed, one line each."""
+        return tuple(str(remark) for remark in self._sorted() if remark.is_failure)
 
     def count(self, subject: str, text: str, stamp: float | None = None, number: int = 1) -> None:
         """Count messages that were corrected.

@@ -10,7 +10,7 @@ number says which of the two is right, so the user has to choose.
 | angular velocity of an IMU | 0.2 rad/s in the median |
 | specific force of an IMU, field of a compass | 15 degrees in the median |
 | fixes | 5 m in the median |
-| wheel speeds | 1 rad/s in the median |
+| wheel speeds, where neither is zero | 1 rad/s in the median |
 """
 
 from collections import Counter

@@ -1,11 +1,13 @@
 """Selection of the topics to read from a recording, by names, types and frames."""
 
+from collections import Counter
 from collections.abc import Mapping
 
 from andabata.records import topics
 from andabata.records.bags import Bag, BagError
 from andabata.records.decoding.accepted_types import OLD_POINT_CLOUD, accepted_types, full_type
 from andabata.records.decoding.sensor_decoder import SWEEPS, SensorDecoder, frame_of
+from andabata.records.decoding.source_choice import ReadingSource
 from andabata.records.frames.names import FrameError
 from andabata.records.remarks import Remarks
 from andabata.records.topics import POINT_CLOUD, TOPICS, Topic
@@ -141,6 +143,43 @@ def _choose_name(
             text = f"{filled[0]} is read instead; --map {topic.ros1}={other} reads this one"
             remarks.note(other, text)
     return filled[0] if len(names) > 1 else None
+
+
+def choose_sources(
+    bag: Bag, chosen: Mapping[str, str], remapping: Remapping, remarks: Remarks
+) -> None:
+    """Let a recording read one source alone of topics on which several publish.
+
+    Args:
+        bag: Recording to read, whose ``sources`` are set.
+        chosen: Frame, node or joints of the source that the user gives, by our names of topics.
+        remapping: Names that the recording uses.
+        remarks: Destination of remarks.
+
+    Raises:
+        BagError: If there is no such topic, or it has no such source.
+    """
+    unknown = sorted(set(chosen) - {topic.ros1 for topic in TOPICS})
+    if unknown:
+        known = ", ".join(topic.ros1 for topic in TOPICS)
+        raise BagError(f"--source: expected one of {known} before the sign, got {unknown[0]}")
+    for topic in TOPICS:
+        if topic.ros1 not in chosen:
+            continue
+        name = chosen[topic.ros1]
+        names = [n for n in topic_names((topic,), remapping) if n in bag.topics]
+        counts = Counter(
+            ReadingSource.of(message.content, message.publisher)
+            for message in (bag.messages(tuple(names)) if names else ())
+        )
+        if not any(source.is_called(name) for source in counts):
+            found = ", ".join(str(source) for source in counts) or "no messages"
+            raise BagError(f"--source {topic.ros1}: expected one of {found}, got {name}")
+        left_out = sum(n for source, n in counts.items() if not source.is_called(name))
+        if left_out:
+            text = f"{left_out} messages of other sources than {name} are not read (--source)"
+            remarks.note(topic.ros1, text)
+        bag.sources |= dict.fromkeys(names, name)
 
 
 def check_frames(bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping) -> None:

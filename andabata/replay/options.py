@@ -27,6 +27,8 @@ class ReplayOptions:
         topics: Names of the recording's topics by ours, where they differ.
         mountings: Mounting of each sensor by its name; takes precedence over frames and /tf.
         units: Unit of each quantity, where it differs from the one that magnitudes suggest.
+        sources: Frame, node or joints of the only source that is read, by our names of topics.
+        time_offsets: Times that are added to the stamps of topics, by our names [s].
     """
 
     controller: str | None = None
@@ -36,3 +38,5 @@ class ReplayOptions:
     topics: Mapping[str, str] = field(default_factory=dict)
     mountings: Mapping[str, GivenMounting] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
+    time_offsets: Mapping[str, float] = field(default_factory=dict)

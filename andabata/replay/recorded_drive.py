@@ -15,13 +15,18 @@ from andabata.records.bags import Bag, BagError
 from andabata.records.decoding.message_decoder import MessageDecoder
 from andabata.records.decoding.sensor_decoder import SensorDecoder
 from andabata.records.decoding.unit_inference import infer_units
-from andabata.records.decoding.units import UnitFactors, si_factor
+from andabata.records.decoding.units import UnitError, UnitFactors, si_factor
 from andabata.records.decoding.wheel_speeds import JointFacts
 from andabata.records.frames.extrinsics import Extrinsics
 from andabata.records.frames.transform_tree import read_transforms
 from andabata.records.pieces import Piece
 from andabata.records.remarks import Remarks
-from andabata.records.topic_selection import check_frames, choose_cloud, select_topics
+from andabata.records.topic_selection import (
+    check_frames,
+    choose_cloud,
+    choose_sources,
+    select_topics,
+)
 from andabata.records.topics import SCAN, Topic
 from andabata.replay.datum import given_geo_reference, magnetic_flux_density
 from andabata.replay.options import ReplayOptions
@@ -95,6 +100,7 @@ def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> Recorde
     cloud = choose_cloud(bag, options.cloud)
     decoder = SensorDecoder(0, cloud, MessageDecoder(remarks=remarks))
     topics = select_topics(bag, decoder, options.topics)
+    choose_sources(bag, options.sources, topics, remarks)
     extrinsics = Extrinsics(options.mountings, read_transforms(bag))
     check_frames(bag, SensorDecoder(0, cloud, extrinsics=extrinsics), topics)
     robot = options.configure(SimulatedRobotConfig()).robot
@@ -103,8 +109,11 @@ def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> Recorde
     factors = _factors(options.units, config.robot)
     given = given_geo_reference(options.configure)
     flux = magnetic_flux_density(bag, given, topics, config) * MICROTESLA
-    units = infer_units(found.history, config.robot, factors, remarks, flux)
-    pieces, skipped = found.pieces(remarks)
+    try:
+        units = infer_units(found.history, config.robot, factors, remarks, flux)
+    except UnitError as error:
+        raise UnitError(error.topic, error.reason + found.choice_of_source(error.topic)) from error
+    pieces, skipped = found.pieces(remarks, options.time_offsets)
     return RecordedDrive(
         cloud=cloud,
         topics=topics,

@@ -32,7 +32,7 @@ def report_classifier(folder: Path) -> tuple[Report, Row]:
     Raises:
         RunFolderError: If it holds no scores, or those of another version.
     """
-    data = read_result(folder, SCORES, _KEYS)
+    data = _scored(read_result(folder, SCORES, _KEYS))
     page = Report("A classifier of cells", f"Scored on {data['clouds']} labelled clouds.")
     paper = PAPER.as_dict()
     _facts(page, data, paper)
@@ -85,7 +85,7 @@ def report_ground(folder: Path) -> tuple[Report, Row]:
     Raises:
         RunFolderError: If it holds no scores, or those of another version.
     """
-    data = read_result(folder, SCORES, _GROUND_KEYS)
+    data = _scored(read_result(folder, SCORES, _GROUND_KEYS))
     page = Report(
         "A classifier of ground cells", f"Scored on {data['ground_cells']} cells of 0.2 m."
     )
@@ -106,6 +106,17 @@ def report_ground(folder: Path) -> tuple[Report, Row]:
     figure = confusions_figure({"ground cells": data["confusion"]})
     page.figure(figure, "confusion", "Cells by truth and answer")
     return page, data
+
+
+def _scored(data: Row) -> Row:
+    """Return scores with NaN for those that are null: shares of no cell at all."""
+    found: Row = {}
+    for name, value in data.items():
+        if isinstance(value, dict):
+            found[name] = _scored(value)
+        else:
+            found[name] = float("nan") if value is None and name in SCORE_COLUMNS else value
+    return found
 
 
 def _facts(page: Report, data: Mapping[str, Any], paper: Mapping[str, Any]) -> None:

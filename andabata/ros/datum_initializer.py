@@ -1,6 +1,5 @@
 """Datum of a live navigator, from given fields and the first fixes that agree."""
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -22,6 +21,7 @@ from andabata.machine.sensor_readings import SensorReadings
 from andabata.records import topics
 from andabata.records.recorder import DATUM
 from andabata.replay.datum import use_datum
+from andabata.runs.strict_json import dumps
 
 STATUS_INTERVAL = 10.0
 """Time after which a navigator that lacks readings reports which [s]."""
@@ -124,7 +124,7 @@ class DatumInitializer:
         use_datum(localizer, self.datum)
         for note in self.datum.notes:
             self._status(note)
-        return {DATUM: json.dumps(self.datum.as_dict())}
+        return {DATUM: dumps(self.datum.as_dict())}
 
     def mask(self, readings: SensorReadings, now: float, localizer: Localizer) -> SensorReadings:
         """Return the readings without those that cannot be used as long as there is no datum.

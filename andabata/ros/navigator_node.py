@@ -1,5 +1,6 @@
 """Navigator as one node of a live ROS 1 graph."""
 
+import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
@@ -54,6 +55,9 @@ _PUBLISHED = (
 )
 
 
+_NUMBER = re.compile(r"-?\d[\d.e+-]*")
+
+
 @dataclass
 class TickCounts:
     """Counts of a run.
@@ -95,6 +99,7 @@ class NavigatorNode:
         given: Mapping[str, float] | None = None,
         status: Callable[[str], None] = lambda text: None,
         local_map: bool = True,
+        sources: Mapping[str, str] | None = None,
     ) -> None:
         """Assemble the navigator, compile it, and subscribe to its topics.
 
@@ -110,15 +115,17 @@ class NavigatorNode:
             status: Function called with a line of text for the user: the place of the map's
                 origin, assumptions, and what a start still lacks.
             local_map: True to publish the local map, the plan and ``map -> odom`` too.
+            sources: Frame of the only source that is read, by topic.
         """
         self._graph, self._status = graph, status
         self._datum = DatumInitializer(given or {}, status)
         extrinsics = Extrinsics(mountings)
         decoder = SensorDecoder(0, cloud, MessageDecoder(config.robot), extrinsics)
-        self._inbox = SensorInbox(graph, decoder)
+        self._inbox = SensorInbox(graph, decoder, sources)
         self._assemble_navigator(config, models, steering, local_map)
         self._mountings = MountingMonitor(extrinsics, self._assembler, config.robot.lidar_height)
         self._counts = TickCounts()
+        self._reported: set[str] = set()
         self._inbox.subscribe()
         for topic in (*_PUBLISHED, *(topics.PLANNER_TOPICS if local_map else ())):
             graph.advertise(topic)
@@ -206,6 +213,8 @@ class NavigatorNode:
             if tick % _TICKS_PER_PERIOD:
                 self._update(now)
             else:
+                if tick % _TICKS_PER_SECOND == 0:
+                    self._report_failures()
                 self._step(now)
                 if on_second is not None and tick % _TICKS_PER_SECOND == 0:
                     on_second()
@@ -235,6 +244,15 @@ class NavigatorNode:
         if goal is not None:
             self._navigator.set_goal(goal)
         self._navigator.step(readings)
+
+    def _report_failures(self) -> None:
+        """Put failed checks into the diagnostics from now on, and tell the user of new ones."""
+        self._recorder.failures = self._inbox.failures
+        for text in self._recorder.failures:
+            kind = _NUMBER.sub("", text)  # The numbers of a check change while the robot drives.
+            if kind not in self._reported:
+                self._status(f"failed check: {text}")
+            self._reported.add(kind)
 
     def _publish(self, result: StepResult) -> None:
         """Publish a control step."""

@@ -1,6 +1,7 @@
 """Received messages of the sensors, kept until the navigator asks for them."""
 
 import threading
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.records import topics
 from andabata.records.decoding.sensor_decoder import SensorDecoder
+from andabata.records.decoding.source_choice import is_chosen
 from andabata.records.messages import pose_of
 from andabata.records.remarks import Remarks
 from andabata.records.topics import RosMessage, Topic
@@ -21,13 +23,17 @@ _TRANSFORM_MEMORY = 30.0
 class SensorInbox:
     """Thread-safe store of received messages: the graph's threads write, the navigator reads."""
 
-    def __init__(self, graph: RosGraph, decoder: SensorDecoder) -> None:
+    def __init__(
+        self, graph: RosGraph, decoder: SensorDecoder, sources: Mapping[str, str] | None = None
+    ) -> None:
         """Create an empty store.
 
         Args:
             graph: Graph whose messages and time are used.
             decoder: Decoder of the sensors' messages; used by this object alone from now on.
+            sources: Frame of the only source that is read, by topic; the others are dropped.
         """
+        self._chosen = sources or {}
         self._graph, self._decoder = graph, decoder
         self._lock = threading.Lock()
         self._initial_pose: Pose | None = None
@@ -42,6 +48,8 @@ class SensorInbox:
 
     def _add_message(self, topic: Topic, message: RosMessage) -> None:
         """Store the message of a sensor, or a goal."""
+        if not is_chosen(topic.ros1, message, "", self._chosen):
+            return
         with self._lock:
             self._decoder.add(topic, message, self._graph.now_ns())
 
@@ -105,6 +113,12 @@ class SensorInbox:
         """What a user should know about the mountings."""
         with self._lock:
             return self._decoder.extrinsics.remarks
+
+    @property
+    def failures(self) -> list[str]:
+        """Checks of the sensors against each other that failed so far, a line each."""
+        with self._lock:
+            return self._decoder.failures
 
     @property
     def remarks(self) -> Remarks:

@@ -1,6 +1,5 @@
 """Run folders: settings, seed, commit and versions beside the results of a run."""
 
-import json
 import platform
 import shlex
 import subprocess
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from andabata.runs import atomic_io
+from andabata.runs.strict_json import dumps
 from traversability.dataset import config_hash
 
 _PACKAGES = ("andabata", "numpy", "scipy", "torch", "open3d", "pybullet", "scikit-learn", "numba")
@@ -27,8 +27,8 @@ def make_folder(folder: Path) -> Path:
 
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:
-    """Write a JSON file atomically."""
-    atomic_io.write(path, (json.dumps(data, indent=1, sort_keys=True) + "\n").encode())
+    """Write a JSON file atomically; numbers that are not finite become null."""
+    atomic_io.write(path, (dumps(data, indent=1, sort_keys=True) + "\n").encode())
 
 
 def describe(verb: str, config: Mapping[str, Any], seed: int) -> dict[str, Any]:

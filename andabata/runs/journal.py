@@ -6,6 +6,7 @@ from typing import Any
 
 from andabata.runs import atomic_io
 from andabata.runs.atomic_io import append_line
+from andabata.runs.strict_json import dumps, finite
 
 Entry = dict[str, Any]
 
@@ -33,9 +34,10 @@ class Journal:
 
     def append(self, entry: Entry) -> None:
         """Append the entry of a finished piece and return when it is on the disk."""
+        entry = finite(entry)  # As it is read again.
         self.entries.append(entry)
         if self.path is not None:
-            append_line(self.path, json.dumps(entry))
+            append_line(self.path, dumps(entry))
 
 
 def _read(path: Path, about: Entry) -> list[Entry]:
@@ -44,7 +46,7 @@ def _read(path: Path, about: Entry) -> list[Entry]:
     Raises:
         ValueError: If the journal belongs to another run.
     """
-    head = json.dumps(about)
+    head = dumps(about)
     if not path.exists() or path.stat().st_size == 0:
         atomic_io.write(path, f"{head}\n".encode())
         return []
@@ -63,7 +65,7 @@ def _what_differs(head: str, about: Entry) -> str:
     """Return the parts in which the first line of a journal differs."""
     try:
         recorded = json.loads(head)
-        return ", ".join(name for name in about if recorded.get(name) != about[name])
+        return ", ".join(name for name in about if recorded.get(name) != finite(about[name]))
     except (json.JSONDecodeError, AttributeError):
         return "kind"
 

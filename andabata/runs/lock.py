@@ -1,5 +1,6 @@
-"""Lock of a run folder: one command writes there at a time."""
+"""Lock of a run folder, or of a file: one command writes there at a time."""
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -18,7 +19,7 @@ LOCK = ".lock"
 
 
 class RunLockError(ValueError):
-    """A run folder in which another command writes."""
+    """A run folder, or a file, that another command writes."""
 
 
 @contextmanager
@@ -42,7 +43,7 @@ def locked_folder(folder: Path | None) -> Iterator[Path | None]:
     made = [each for each in (path, *path.parents) if not each.exists()]
     make_folder(folder)
     try:
-        with _locked(folder / LOCK, folder):
+        with _locked(folder / LOCK, f"{folder}: expected a folder that no other command writes"):
             yield folder
     finally:
         with suppress(OSError):
@@ -51,9 +52,37 @@ def locked_folder(folder: Path | None) -> Iterator[Path | None]:
 
 
 @contextmanager
-def _locked(path: Path, folder: Path) -> Iterator[None]:
-    """Hold the lock of a file, which is removed at the end."""
-    file = _open(path, folder)
+def locked_file(path: Path) -> Iterator[Path]:
+    """Keep a file to this command until the block ends, as ``locked_folder`` keeps a folder.
+
+    Args:
+        path: Path of the file; its folder has to exist.
+
+    Raises:
+        RunLockError: If another command writes it.
+        OSError: If its folder does not exist or is not writable.
+    """
+    if not path.absolute().parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "expected an existing folder", str(path.parent))
+    with _locked(
+        path.with_name(f".{path.name}{LOCK}"),
+        f"{path}: expected a file that no other command writes",
+    ):
+        yield path
+
+
+@contextmanager
+def _locked(path: Path, expected: str) -> Iterator[None]:
+    """Hold the lock of a file, which is removed at the end.
+
+    Args:
+        path: File of the lock.
+        expected: Begin of the error: what is locked.
+
+    Raises:
+        RunLockError: If another process has the lock.
+    """
+    file = _open(path, expected)
     try:
         file.truncate(0)
         file.write(f"{os.getpid()} {command_line()}")
@@ -65,8 +94,8 @@ def _locked(path: Path, folder: Path) -> Iterator[None]:
         file.close()
 
 
-def _open(path: Path, folder: Path) -> IO[str]:
-    """Return a lock's file, opened and locked.
+def _open(path: Path, expected: str) -> IO[str]:
+    """Return a lock's file, opened and locked; see ``_locked``.
 
     Raises:
         RunLockError: If another process has the lock.
@@ -80,7 +109,7 @@ def _open(path: Path, folder: Path) -> IO[str]:
             number, _, command = file.read().partition(" ")
             file.close()
             raise RunLockError(
-                f"{folder}: expected a folder that no other command writes, got that of process "
+                f"{expected}, got that of process "
                 f"{number or 'unknown'}{f' ({command})' if command else ''}; wait for it, or take "
                 "another --out"
             ) from None

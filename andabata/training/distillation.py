@@ -6,7 +6,6 @@ policy gets into by its own mistakes is labelled, too, which drives of the exper
 """
 
 import io
-import json
 import math
 from collections.abc import Callable
 from functools import partial
@@ -20,6 +19,7 @@ from andabata.engine_processes import run_tasks
 from andabata.navigation.planar.distilled_observation import ACTIONS, OBSERVATIONS, mirrored
 from andabata.runs import atomic_io
 from andabata.runs.folder import commit, make_folder
+from andabata.runs.strict_json import dumps
 from andabata.training.expert_labels import (
     LabelledDrive,
     LabelledDriveConfig,
@@ -178,7 +178,7 @@ def _check_folder(config: DistillationConfig, seed: int, folder: Path) -> None:
         ValueError: If it holds another distillation.
     """
     file = make_folder(folder) / "distillation.json"
-    about = json.dumps({"config": config.model_dump(mode="json"), "seed": seed}, indent=1)
+    about = dumps({"config": config.model_dump(mode="json"), "seed": seed}, indent=1)
     if file.exists() and file.read_text() != about:
         raise ValueError(
             f"{folder}: expected a distillation with these settings and this seed, got another "

@@ -11,6 +11,7 @@ from andabata.engine import Engine, SerialEngine
 from andabata.models import Models
 from andabata.runs import atomic_io
 from andabata.runs.folder import commit, describe, make_folder, write_json
+from andabata.runs.strict_json import dumps
 from andabata.tasks.rooms.config import RoomConfig
 from andabata.tasks.vector import TaskConfig, renderer_of
 from andabata.training.parallel_sampler import ParallelSampler
@@ -148,7 +149,7 @@ def read_history(path: Path) -> list[dict[str, Any]]:
 
 def _write(folder: Path, history: list[dict[str, Any]], policy: bytes, checkpoint: bytes) -> None:
     """Write history, policy and, last, the checkpoint: a resume begins from it."""
-    lines = "".join(json.dumps(row) + "\n" for row in history)
+    lines = "".join(dumps(row) + "\n" for row in history)
     atomic_io.write(folder / HISTORY, lines.encode())
     atomic_io.write(folder / POLICY, policy)
     atomic_io.write(folder / CHECKPOINT, checkpoint)

@@ -39,22 +39,22 @@ class Row:
     content: object
 
 
-def drive(seconds=10.0, seed=0, turning=0.4):
+def drive(seconds=10.0, seed=0, turning=0.4, speed=SPEED):
     """Return the messages of a drive, by the recorder's time."""
     rng, builder = np.random.default_rng(seed), MessageBuilder(1)
     geo_reference, kinematics = GeoReference(), SkidSteer(RobotModel())
     times = np.arange(1, round(seconds * 100) + 1) / 100
     rates = turning * np.sin(0.6 * times)
     yaws = np.cumsum(rates) / 100
-    x, y = (np.cumsum(SPEED * part) / 100 for part in (np.cos(yaws), np.sin(yaws)))
+    x, y = (np.cumsum(speed * part) / 100 for part in (np.cos(yaws), np.sin(yaws)))
     rows = []
     for k, t in enumerate(times):
         noise = rng.standard_normal(10)
         sine, cosine = np.sin(yaws[k]), np.cos(yaws[k])
         east, north, up = geo_reference.flux * 1e-6
         field = np.array([cosine * east + sine * north, cosine * north - sine * east, up])
-        wheels = kinematics.unlimited_wheel_speeds(SPEED, rates[k])
-        imu = np.array([t, *(1e-3 * noise[:3]), 0.0, SPEED * rates[k], 9.81])
+        wheels = kinematics.unlimited_wheel_speeds(speed, rates[k])
+        imu = np.array([t, *(1e-3 * noise[:3]), 0.0, speed * rates[k], 9.81])
         imu[3] += rates[k]
         imu[4:] += 0.02 * noise[3:6]
         stamp = builder.stamp_ns(t)

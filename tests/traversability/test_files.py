@@ -7,6 +7,7 @@ import pytest
 
 from tests.support.pcd_files import pcd_file
 from traversability.arrays import ArrayFileError, pack, unpack
+from traversability.class_table import load_class_table
 from traversability.cloud import PointCloud
 from traversability.files import (
     CloudFileError,
@@ -232,6 +233,33 @@ def test_labels_and_stamps_are_kept(tmp_path, kind):
         np.testing.assert_array_equal(again.nontraversable, cloud.nontraversable)
         np.testing.assert_array_equal(again.severity, cloud.severity)
         np.testing.assert_array_equal(again.forbidden, cloud.forbidden)
+
+
+@pytest.mark.parametrize("name", ["label", "labels", "classification"])
+@pytest.mark.parametrize("shape", [(40,), (40, 1)])
+def test_labels_beside_bare_points_of_an_npz_file_are_scored(tmp_path, name, shape):
+    """The table judges them; an array of another length is none of the points'."""
+    classes = np.resize([40, 50], 40).astype(np.uint32)
+    arrays = {"other": np.arange(7), name: classes.reshape(shape), "xyz": POINTS.astype(np.float64)}
+    np.savez(tmp_path / "bare.npz", **arrays)
+    table = load_class_table("semantickitti")
+    decoded = decode_cloud_file(tmp_path / "bare.npz", labels=table)
+    np.testing.assert_array_equal(decoded.cloud.classes, classes)
+    np.testing.assert_array_equal(decoded.cloud.nontraversable, classes == 50)
+    np.testing.assert_allclose(decoded.cloud.points, POINTS)
+    assert "other" not in decoded.others
+
+
+def test_labels_in_a_file_beside_an_npz_file_are_read(tmp_path):
+    """NAME.label holds the class in its lower half; without any the step is named."""
+    np.savez(tmp_path / "bare.npz", points=POINTS)
+    table = load_class_table("semantickitti")
+    with pytest.raises(CloudFileError, match=r"expected a column label.*or a file NAME\.label"):
+        decode_cloud_file(tmp_path / "bare.npz", labels=table)
+    classes = np.resize([40, 50], 40).astype("<u4")
+    (tmp_path / "bare.label").write_bytes((classes | 3 << 16).tobytes())
+    decoded = decode_cloud_file(tmp_path / "bare.npz", labels=table)
+    np.testing.assert_array_equal(decoded.cloud.nontraversable, classes == 50)
 
 
 def test_zeros_of_a_foreign_sensor_are_no_returns(tmp_path):

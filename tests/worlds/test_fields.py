@@ -61,3 +61,27 @@ def test_bare_ground_has_its_slope_and_a_path_its_class():
     middle = world.surface.shape[1] // 2
     assert (world.surface[:, middle - 12 : middle + 12] == SemanticClass.PATH).all()
     assert (world.surface != SemanticClass.PATH).any()
+
+
+def test_bare_ground_is_level_at_the_robot_in_the_middle_of_26_m():
+    """The slope turns about the origin."""
+    ground = bare_ground(0.2, np.random.default_rng(5))
+    assert ground.heights.shape == (261, 261)
+    assert float(ground.height_at(0.0, 0.0)) == pytest.approx(0.0, abs=1e-6)
+    assert np.abs(ground.heights).max() == pytest.approx(13 * np.tan(0.2) * 1.4, rel=0.15)
+
+
+@pytest.mark.parametrize("bearing", [0.0, np.pi / 2])
+def test_tiles_fill_the_field_with_its_heights(bearing):
+    """From the edge on, 9 m deep and to either side; heights vary by 15 % at most."""
+    world = make_field(MEADOW, bearing, np.random.default_rng(2))
+    corners = np.concatenate([each.vertices for each in world.objects])
+    ahead, aside = (
+        (corners[:, 0], corners[:, 1]) if not bearing else (corners[:, 1], -corners[:, 0])
+    )
+    assert (ahead.min(), ahead.max()) == pytest.approx((3.0, 12.0), abs=0.02)
+    assert (aside.min(), aside.max()) == pytest.approx((-9.25, 8.75), abs=0.02)
+    tops = np.array([each.vertices[:, 2].max() for each in world.objects])
+    assert tops.min() >= 0.85 * 0.5 - 0.01
+    assert 1.15 * 0.5 * 0.98 < tops.max() <= 1.15 * 0.5 + 0.01
+    assert tops.mean() == pytest.approx(0.5, rel=0.02)

@@ -194,6 +194,16 @@ RenamedTopics = Annotated[
         rich_help_panel=_SENSORS,
     ),
 ]
+Sources = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--source",
+        metavar="TOPIC=NAME",
+        help="Only source to read where several publish on one topic, by the frame of its "
+        "messages or by its node, as /imu=imu_link; may be repeated.",
+        rich_help_panel=_SENSORS,
+    ),
+]
 Units = Annotated[
     list[str] | None,
     typer.Option(
@@ -203,6 +213,18 @@ Units = Annotated[
         "magnetic_field (T, mT, uT, nT, G, mG) or wheels (rad/s, m/s, rpm, deg/s), or a factor "
         "to SI, where the values leave it open; a minus sign turns readings round; may be "
         "repeated.",
+        rich_help_panel=_SENSORS,
+    ),
+]
+
+
+TimeOffsets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--time-offset",
+        metavar="TOPIC=SECONDS",
+        help="Time that is added to the stamps of /imu, /encoder_data, /mag_orientation or /fix, "
+        "in seconds, as /imu=-0.09 for stamps that are late; may be repeated.",
         rich_help_panel=_SENSORS,
     ),
 ]
@@ -296,13 +318,25 @@ class RobotOptions:
 class SensorOptions(SettingsOptions):
     """Sensors of a recorded or real robot, and its settings.
 
-    Options: ``--cloud``, ``--mounting``, ``--sensor-height``, ``--datum``, ``--config``, ``--set``.
+    Options: ``--cloud``, ``--source``, ``--mounting``, ``--sensor-height``, ``--datum``,
+    ``--config``, ``--set``.
     """
 
     cloud: CloudTopic = None
+    source: Sources = None
     mounting: Mountings = None
     sensor_height: SensorHeight = None
     datum: Datum = None
+
+    def sources(self) -> dict[str, str]:
+        """Return the only source that is read of a topic, by our names of topics.
+
+        Raises:
+            UsageError: If a text is not of the form ``a=b``.
+        """
+        from andabata.configuration.usage import pairs
+
+        return pairs(self.source or (), "--source")
 
     def mountings(self) -> "dict[str, GivenMounting]":
         """Return the mountings by sensor.
@@ -333,10 +367,11 @@ class SensorOptions(SettingsOptions):
 
 @dataclass(frozen=True)
 class TopicOptions:
-    """Names and units of a foreign recording: ``--map``, ``--unit``."""
+    """Names, units and stamps of a foreign recording: ``--map``, ``--unit``, ``--time-offset``."""
 
     renamed: RenamedTopics = None
     unit: Units = None
+    time_offset: TimeOffsets = None
 
     def names(self) -> dict[str, str]:
         """Return the recording's names of topics by ours.
@@ -357,6 +392,16 @@ class TopicOptions:
         from andabata.configuration.usage import units
 
         return units(self.unit or ())
+
+    def time_offsets(self) -> dict[str, float]:
+        """Return the times that are added to the stamps of topics, by our names [s].
+
+        Raises:
+            UsageError: If there is no such topic, or a time is not a number of seconds below 1.
+        """
+        from andabata.configuration.usage import time_offsets
+
+        return time_offsets(self.time_offset or ())
 
 
 @dataclass(frozen=True)

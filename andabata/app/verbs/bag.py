@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options.shared import ConsoleOptions, ModelOptions, SensorOptions, TopicOptions
+from andabata.app.options.recording import RecordedRobot, RecordingOptions
+from andabata.app.options.shared import ConsoleOptions, ModelOptions
 
 app = typer.Typer(
     help="Recordings, without ROS: info, replay, salvage, export, layout.", no_args_is_help=True
@@ -55,11 +56,8 @@ def replay(
     controller: Annotated[
         str | None, typer.Option(help="Controller instead of the recorded one.")
     ] = None,
-    robot: Annotated[
-        str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
-    ] = None,
-    topics: TopicOptions,
-    sensors: SensorOptions,
+    robot: RecordedRobot = None,
+    recording: RecordingOptions,
     models: ModelOptions,
     output: ConsoleOptions,
 ) -> None:
@@ -76,25 +74,10 @@ def replay(
         andabata bag replay outdoor.bag --map /fix=/navsat/fix --unit wheels=rpm
     """
     from andabata.app.replay_text import replay_notes, replay_text
-    from andabata.assembly.simulated_robot import SimulatedRobotConfig
-    from andabata.machine.robot import RobotModel
-    from andabata.replay.options import ReplayOptions
     from andabata.replay.replay import replay_bag
     from andabata.replay.result import NoScanError, no_scan_reason
 
-    def configure(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:
-        body = {"robot": RobotModel.load(robot)} if robot else {}
-        return sensors.configure(recorded.model_copy(update=body))
-
-    options = ReplayOptions(
-        controller=controller,
-        models=models.load(),
-        cloud=sensors.cloud,
-        configure=configure,
-        topics=topics.names(),
-        mountings=sensors.mountings(),
-        units=topics.units(),
-    )
+    options = recording.replay(models.load(), controller, robot)
     console = output.console()
     with console.progress("recorded seconds", None) as step:
         data = replay_bag(file, options, lambda: step(1))
@@ -218,12 +201,11 @@ def layout(
         andabata bag layout --out foxglove.json
         andabata bag layout --out foxglove1.json --ros 1
     """
-    import json
-
     from andabata.exports.foxglove_layout import foxglove_layout
     from andabata.runs import atomic_io
+    from andabata.runs.strict_json import dumps
 
     found = foxglove_layout(1 if ros == 1 else 2)
-    atomic_io.write(out, json.dumps(found, indent=2).encode())
+    atomic_io.write(out, dumps(found, indent=2).encode())
     data = {"file": str(out), "panels": list(found["configById"])}
     output.console().result(data, f"layout for Foxglove in {out}")

@@ -7,13 +7,12 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.recording import RecordedRobot, RecordingOptions
 from andabata.app.options.shared import (
     ConsoleOptions,
     ForestOptions,
     Seed,
-    SensorOptions,
     SettingsOptions,
-    TopicOptions,
 )
 
 app = typer.Typer(
@@ -36,6 +35,10 @@ class Recipe(StrEnum):
 
 
 Clouds = Annotated[Path, typer.Option("--clouds", help="Folder of `clouds generate`.")]
+AdaptationFile = Annotated[
+    Path | None,
+    typer.Option(help="TOML file with settings of labels, correction and held-out part."),
+]
 More = Annotated[
     list[Path] | None,
     typer.Option("--and", help="Train on this folder's clouds, too; may be repeated."),
@@ -71,13 +74,15 @@ def train(
     """
     from andabata.app.jobs.classifier_training import train_cell_classifier
     from andabata.evaluation.classifier import tables
+    from andabata.runs.lock import locked_folder
     from traversability.forest_training import PAPER_GRID, PAPER_RECIPE, ForestConfig
     from traversability.grid import PolarGrid
 
     base, grid = (PAPER_RECIPE, PAPER_GRID) if recipe is Recipe.PAPER else (None, PolarGrid())
     config, console = settings.resolve(ForestConfig, base), output.console()
     folders = (clouds, *(more or ()))
-    data, samples = train_cell_classifier(folders, out, config, grid, seed, console, add)
+    with locked_folder(out):
+        data, samples = train_cell_classifier(folders, out, config, grid, seed, console, add)
     console.result(data, tables(data, samples))
 
 
@@ -91,15 +96,9 @@ def adapt(
     clouds: Clouds,
     out: Annotated[Path, typer.Option(help="File of the adapted forest, for --forest.")],
     more: More = None,
-    adaptation: Annotated[
-        Path | None,
-        typer.Option(help="TOML file with settings of labels, correction and held-out part."),
-    ] = None,
-    robot: Annotated[
-        str | None, typer.Option(help="Body instead of the recorded one: andabata, husky, jackal.")
-    ] = None,
-    topics: TopicOptions,
-    sensors: SensorOptions,
+    adaptation: AdaptationFile = None,
+    robot: RecordedRobot = None,
+    recording: RecordingOptions,
     seed: Seed = 0,
     forest: ForestOptions,
     output: ConsoleOptions,
@@ -117,36 +116,25 @@ def adapt(
         andabata classifier adapt drive.bag --clouds c --out m.npz --robot husky
     """
     from andabata.app.jobs.classifier_adaptation import adapt_cell_classifier, write_adapted
-    from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.configuration.settings import resolve
-    from andabata.machine.robot import RobotModel
-    from andabata.replay.options import ReplayOptions
+    from andabata.runs.lock import locked_file
     from andabata.training.forest_adaptation import (
         OWN,
         DriveAdaptationConfig,
         adaptation_text,
     )
 
-    def configure(recorded: SimulatedRobotConfig) -> SimulatedRobotConfig:
-        body = {"robot": RobotModel.load(robot)} if robot else {}
-        return sensors.configure(recorded.model_copy(update=body))
-
     config, console = resolve(DriveAdaptationConfig, adaptation), output.console()
-    options = ReplayOptions(
-        cloud=sensors.cloud,
-        configure=configure,
-        topics=topics.names(),
-        mountings=sensors.mountings(),
-        units=topics.units(),
-    )
+    options = recording.replay(robot=robot)
     folders = (clouds, *(more or ()))
-    found, data = adapt_cell_classifier(
-        bags, folders, forest.load(), options, config, seed, console
-    )
-    console.result(data, adaptation_text(data))
-    if data[OWN]["before"]["recall"] is None:
-        console.status("no blocked cell in the held-out part: its recall is unknown")
-    write_adapted(out, found, config)
+    with locked_file(out):
+        found, data = adapt_cell_classifier(
+            bags, folders, forest.load(), options, config, seed, console
+        )
+        console.result(data, adaptation_text(data))
+        if data[OWN]["before"]["recall"] is None:
+            console.status("no blocked cell in the held-out part: its recall is unknown")
+        write_adapted(out, found, config)
     console.status(f"{out}: give it to --forest")
 
 
@@ -204,10 +192,12 @@ def ground(
     """
     from andabata.app.jobs.classifier_training import train_ground
     from andabata.evaluation.classifier import ground_classifier_table
+    from andabata.runs.lock import locked_folder
     from traversability.cartesian.classifier import GroundClassifierConfig
 
     config, console = settings.resolve(GroundClassifierConfig), output.console()
-    data = train_ground((clouds, *(more or ())), out, config, seed, console)
+    with locked_folder(out):
+        data = train_ground((clouds, *(more or ())), out, config, seed, console)
     console.result(data, ground_classifier_table(data))
 
 

@@ -47,6 +47,7 @@ def generate(
     from andabata.configuration.usage import UsageError
     from andabata.datasets.generate import generate_dataset
     from andabata.datasets.labelled_cloud import CloudsConfig
+    from andabata.runs.lock import locked_folder
     from traversability.dataset import Split
 
     if train + validation == 0:
@@ -54,7 +55,11 @@ def generate(
     config = settings.resolve(CloudsConfig, with_parts(CloudsConfig, sensor))
     console = output.console()
     counts: dict[Split, int] = {"train": train, "validation": validation}
-    with engine.make(console) as made, console.progress("clouds", train + validation) as step:
+    with (
+        locked_folder(out),
+        engine.make(console) as made,
+        console.progress("clouds", train + validation) as step,
+    ):
         manifest = generate_dataset(out, config, counts, seed, step, kitti, made)
     number = len(manifest.clouds)
     points = sum(entry.points for entry in manifest.clouds) / number

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.drive import ClipOptions, Controller, Goals, RecordOptions
 from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
@@ -21,42 +22,13 @@ from worlds.splits import DEVELOPMENT_SEED
 def drive(
     *,
     world: Annotated[str, typer.Option(help="World preset.")] = "natural-test",
-    controller: Annotated[
-        str,
-        typer.Option(
-            help="policy+planner, policy, actor-critic, planner, reactive, reactive+planner, "
-            "straight, random+planner, away+planner or oracle."
-        ),
-    ] = "policy+planner",
-    goal: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="X,Y",
-            help="Goal of your own in the map, in metres, instead of the world's; may be repeated.",
-        ),
-    ] = None,
+    controller: Controller = "policy+planner",
+    goal: Goals = None,
     out: Annotated[Path, typer.Option(help="Folder for the path and its picture.")] = Path(
         "data/runs/drive"
     ),
-    record: Annotated[
-        Path | None,
-        typer.Option(help="Record to this file: .bag (ROS 1), .mcap or .db3 (ROS 2)."),
-    ] = None,
-    clouds: Annotated[bool, typer.Option(help="Record the clouds too: 8 MB a second.")] = True,
-    local_map: Annotated[
-        bool,
-        typer.Option(
-            "--map/--no-map",
-            help="Record the local map, the plan and the heading error too, for Nav2, grid_map "
-            "and Foxglove.",
-        ),
-    ] = True,
-    clip: Annotated[
-        Path | None,
-        typer.Option(
-            help="Draw the drive as a moving picture: a .gif, or an .mp4 where there is ffmpeg."
-        ),
-    ] = None,
+    record: RecordOptions,
+    clip: ClipOptions,
     time_limit: Annotated[
         float, typer.Option(min=1.0, help="Longest drive to each goal, in seconds.")
     ] = 300.0,
@@ -79,17 +51,10 @@ def drive(
     from andabata.app.jobs.drive import DriveRequest, run_drive
     from andabata.assembly.controllers import CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
-    from andabata.configuration.usage import UsageError, numbers, words
-    from andabata.evaluation.drive import Recording
-    from andabata.report.plots.film import FilmError, check_film
+    from andabata.configuration.usage import numbers, words
 
     (name,) = words(controller, CONTROLLERS, "--controller")[:1]
     config = settings.resolve(SimulatedRobotConfig, robot.base())
-    if clip is not None:
-        try:
-            check_film(clip)
-        except FilmError as error:
-            raise UsageError(str(error)) from error
     pairs = (numbers(text, 2, "--goal") for text in goal or ())
     request = DriveRequest(
         world=world,
@@ -97,8 +62,8 @@ def drive(
         controller=name,
         goals=tuple((x, y) for x, y in pairs),
         time_limit=time_limit,
-        record=Recording(record, clouds, local_map) if record else None,
-        clip=clip,
+        record=record.recording(),
+        clip=clip.checked(),
         view=viewer.wanted(),
     )
     run_drive(request, config, models.load(), out, output.console())

@@ -85,6 +85,7 @@ def navigator(
         console,
         cloud=sensors.cloud,
         mountings=sensors.mountings(),
+        sources=sensors.sources(),
         start=None if start is None else numbers(start, 3, "--start"),
         goal=None if goal is None else numbers(goal, 2, "--goal"),
         seconds=seconds,

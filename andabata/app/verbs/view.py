@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options.shared import ConsoleOptions, ModelOptions, SensorOptions, TopicOptions
+from andabata.app.options.recording import RecordingOptions
+from andabata.app.options.shared import ConsoleOptions, ModelOptions
 from andabata.app.options.view import PageOptions
 
 
@@ -36,8 +37,7 @@ def view(
         str | None, typer.Option(help="Controller instead of the recorded one.")
     ] = None,
     page: PageOptions,
-    topics: TopicOptions,
-    sensors: SensorOptions,
+    recording: RecordingOptions,
     models: ModelOptions,
     output: ConsoleOptions,
 ) -> None:
@@ -55,7 +55,6 @@ def view(
     from andabata.app.replay_text import replay_notes, replay_text
     from andabata.app.viewing import is_run_folder, view_folder, view_recording
     from andabata.configuration.usage import UsageError, pairs
-    from andabata.replay.options import ReplayOptions
 
     if out is not None and out.suffix != ".html":
         raise UsageError(f"--out: expected a file that ends in .html, got {out}")
@@ -65,15 +64,7 @@ def view(
         shown = {"run": str(run_or_bag)} | ({"page": str(out)} if out else {})
         console.result(shown, f"page: {out}" if out else f"viewed: {run_or_bag}")
         return
-    options = ReplayOptions(
-        controller=controller,
-        models=models.load(),
-        cloud=sensors.cloud,
-        configure=sensors.configure,
-        topics=topics.names(),
-        mountings=sensors.mountings(),
-        units=topics.units(),
-    )
+    options = recording.replay(models.load(), controller)
     data = view_recording(run_or_bag, options, config, out, console)
     for note in replay_notes(data):
         console.status(f"note: {note}")

@@ -21,6 +21,7 @@ from andabata.bench.studies.maze import evaluate_in_mazes
 from andabata.bench.table import Row, markdown_table
 from andabata.engine_processes import run_tasks
 from andabata.runs import atomic_io
+from andabata.runs.strict_json import dumps
 from andabata.training.run import CHECKPOINT
 
 VARIANTS: dict[str, tuple[str, ...]] = {
@@ -75,7 +76,7 @@ def train_and_evaluate(folder: Path, run: tuple[str, int]) -> Row:
         outcomes = evaluate_in_mazes(out / "policy.safetensors", EPISODES, first_world=FIRST_WORLD)
         counts = {key: outcomes[key] for key in ("goal", "collision", "timeout")}
         row = counts | {"steps": trained["steps"], "wall_s": trained["wall_s"]}
-        atomic_io.write(result, json.dumps(row).encode())
+        atomic_io.write(result, dumps(row).encode())
     found: Row = json.loads(result.read_text(encoding="utf-8"))
     return found
 

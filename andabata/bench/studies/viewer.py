@@ -24,6 +24,7 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 from andabata.bench import chromium
 from andabata.bench.studies.ros_graph import enable_interrupts
+from andabata.runs.strict_json import dumps
 from worlds.splits import DEVELOPMENT_SEED
 
 if TYPE_CHECKING:
@@ -258,7 +259,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     options = parser.parse_args(argv)
     data = measure(options.seed, options.plant, options.points, options.seconds)
     if options.json:
-        sys.stdout.write(json.dumps(data) + "\n")
+        sys.stdout.write(dumps(data) + "\n")
         return
     for name, value in data.items():
         shown = f"{value:.2f}" if isinstance(value, float) else value

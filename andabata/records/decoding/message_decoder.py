@@ -84,6 +84,11 @@ class MessageDecoder:
         return self._robot
 
     @property
+    def is_live(self) -> bool:
+        """True in a live session, whose readings are not known before they come."""
+        return self._live is not None
+
+    @property
     def units(self) -> UnitFactors:
         """Factors to SI; in a live session those of the sensors that were inferred so far."""
         return self._units if self._live is None else self._live.units

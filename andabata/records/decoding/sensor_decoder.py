@@ -6,9 +6,11 @@ from numpy.typing import NDArray
 from andabata.machine.sensor_readings import SensorReadings, Sweeps, WheelSpeeds
 from andabata.records import topics
 from andabata.records.decoding.accepted_types import accepted_types, message_type
+from andabata.records.decoding.live_bursts import LiveBursts
 from andabata.records.decoding.message_decoder import MessageDecoder
 from andabata.records.decoding.point_cloud2 import as_point_cloud2, decode_point_cloud2
 from andabata.records.decoding.reading_sources import ReadingSources
+from andabata.records.decoding.source_choice import ReadingSource
 from andabata.records.decoding.sweep_matcher import SweepMatcher, valid_ranges
 from andabata.records.decoding.unusable_message import UnusableMessageError
 from andabata.records.decoding.wheel_speeds import TWO_NODES
@@ -75,8 +77,8 @@ class SensorDecoder:
             extrinsics: Poses of the sensors; None for those that the frames' names imply.
         """
         self.decoder = decoder or MessageDecoder()
-        self.epoch_ns = epoch_ns
         self.extrinsics = extrinsics or Extrinsics()
+        self.epoch_ns = epoch_ns
         self._cloud = cloud
         self._is_levelled = cloud is not None and topics.RELATIVE_CLOUD.ros1 == cloud.ros1
         self._pending: list[tuple[RosMessage, int]] = []
@@ -104,6 +106,8 @@ class SensorDecoder:
         self._last_wheels: NDArray[np.float64] | None = None
         self._false_zeros = 0
         self._sources = ReadingSources(self.decoder.remarks)
+        self._bursts = {topic: LiveBursts() for topic in MOTION} if self.decoder.is_live else {}
+        self.extrinsics.checks.restart()
         self.decoder.restart()
 
     @property
@@ -129,6 +133,11 @@ class SensorDecoder:
     def remarks(self) -> Remarks:
         """Remarks on corrections and refusals."""
         return self.decoder.remarks
+
+    @property
+    def failures(self) -> list[str]:
+        """Checks of the sensors against each other that failed, a line each."""
+        return [*self.remarks.failures, *self.extrinsics.failures]
 
     def add(
         self, topic: Topic, content: RosMessage, stamp_ns: int | None = None, node: str = ""
@@ -195,9 +204,9 @@ class SensorDecoder:
         if sensor is not None:
             frame, transform = frame_of(content), self.extrinsics.transform_row
             rows = [[row[0], *transform(sensor, frame, row[1:])] for row in rows]
-            source = f"{node} in frame {frame}" if node else f"frame {frame}"
-            for row in rows:
-                self._sources.add(topic, source, row)
+        source = ReadingSource.of(content, node)
+        for row in rows:
+            self._sources.add(topic, source, row)
         self._rows[topic] += rows
 
     def _add_cloud(self, content: RosMessage, tries: int) -> None:
@@ -259,6 +268,14 @@ class SensorDecoder:
             speeds = np.column_stack([wheels[:, 0], speed])
         checks.driving.add(found.imu, speeds, found.mag, found.gnss)
 
+    def verify_sources(self) -> None:
+        """Check that no two sources of one topic contradict each other.
+
+        Raises:
+            SourceError: If two do; the message names both and the option to give.
+        """
+        self._sources.verify()
+
     def _in_order(self, topic: Topic) -> NDArray[np.float64] | None:
         """Return the rows of a topic by increasing stamps, each stamp once, None without any.
 
@@ -269,6 +286,9 @@ class SensorDecoder:
         rows = np.array(self._rows[topic])
         if topic is topics.ENCODERS:
             rows = self._without_zeros(rows)
+        if not len(rows):
+            return None
+        rows = self._spread(topic, rows)
         stamps, last = rows[:, 0], self._delivered.get(topic, -np.inf)
         if stamps[0] > last and (stamps[1:] > stamps[:-1]).all():
             self._delivered[topic] = float(stamps[-1])
@@ -289,6 +309,17 @@ class SensorDecoder:
             text = "older than readings that were used already"
             self.remarks.refuse(topic.ros1, text, number=late)
         return rows if len(rows) else None
+
+    def _spread(self, topic: Topic, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the rows of a live session with bursts spread, if they are of one source."""
+        bursts = self._bursts.get(topic)
+        is_mixed = topic is topics.ENCODERS and self._false_zeros > 0
+        if bursts is None or is_mixed or self._sources.is_shared(topic):
+            return rows
+        rows = bursts.spread(rows)
+        if bursts.text is not None:
+            self.remarks.note(topic.ros1, bursts.text)
+        return rows
 
     def _without_zeros(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return wheel speeds without the zeros of another publisher, which are counted."""

@@ -95,14 +95,25 @@ def correlation_of(a: Rows, b: Rows) -> float:
 
 def _window_edges(given: list[Rows], begin: float, end: float) -> Rows:
     """Return begin and end of windows in which no sensor is silent for long [s], shape (w, 2)."""
+    runs = common_runs([rows[:, 0] for rows in given], begin, end)
+    starts = np.concatenate([np.arange(a, b - _WINDOW, _WINDOW) for a, b in runs] or [np.zeros(0)])
+    return np.column_stack([starts, starts + _WINDOW])
+
+
+def common_runs(sensors: list[Rows], begin: float, end: float) -> list[Interval]:
+    """Return the intervals between two times in which no sensor is silent for long.
+
+    Args:
+        sensors: Stamps of each sensor in order of time [s].
+        begin: Begin of the first interval [s].
+        end: End of the last interval [s].
+    """
     runs = [(begin, end)]
-    for rows in given:
-        stamps = rows[:, 0]
+    for stamps in sensors:
         silences = np.flatnonzero(np.diff(stamps) > _LONGEST_SILENCE)
         ends = [-np.inf, *(at for k in silences for at in (stamps[k], stamps[k + 1])), np.inf]
         runs = _intersection(runs, list(zip(ends[::2], ends[1::2], strict=True)))
-    starts = np.concatenate([np.arange(a, b - _WINDOW, _WINDOW) for a, b in runs] or [np.zeros(0)])
-    return np.column_stack([starts, starts + _WINDOW])
+    return runs
 
 
 def _intersection(runs: list[Interval], others: list[Interval]) -> list[Interval]:
@@ -136,10 +147,15 @@ def heading_of(vectors: Rows, up: Rows) -> Rows:
     return np.asarray(np.unwrap(-np.arctan2(vectors @ left, vectors @ forward)))
 
 
+def turned_angle(stamps: Rows, rates: Rows) -> Rows:
+    """Return the integral of rates since the first stamp, by the trapezoidal rule, shape (k,)."""
+    steps = np.diff(stamps) * (rates[1:] + rates[:-1]) / 2
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
 def _integral(stamps: Rows, rates: Rows, edges: Rows) -> Rows:
     """Return the integral of rates over windows, by the trapezoidal rule, shape (w,)."""
-    steps = np.diff(stamps) * (rates[1:] + rates[:-1]) / 2
-    return _difference(stamps, np.concatenate([[0.0], np.cumsum(steps)]), edges)
+    return _difference(stamps, turned_angle(stamps, rates), edges)
 
 
 def _difference(stamps: Rows, values: Rows, edges: Rows) -> Rows:

@@ -59,6 +59,12 @@ class MountingChecks:
         self._latitude: float | None = None
         self._turns: list[tuple[float, float]] = []
         self.driving = DrivingCheck()
+        self._earlier: dict[str, None] = {}
+
+    def restart(self) -> None:
+        """Begin a drive whose times count from another instant; what failed before is kept."""
+        self._earlier |= dict.fromkeys(self.driving.remarks)
+        self.driving = DrivingCheck()
 
     def add(self, sensor: Sensor, numbers: Sequence[float]) -> None:
         """Add a measurement of ``imu``, ``compass`` or ``gnss``.
@@ -136,7 +142,8 @@ class MountingChecks:
     @property
     def failures(self) -> list[str]:
         """Contradictions between wheels, gyro and fixes, a line each."""
-        return [*self._turn_failures(), *self.driving.remarks]
+        found = [*self._turn_failures(), *self._earlier, *self.driving.remarks]
+        return list(dict.fromkeys(found))
 
     def _gravity_remarks(self) -> list[str]:
         """Return remarks on the direction of gravity."""

@@ -133,7 +133,7 @@ class TransformTree:
         elif history.static and not static:
             return
         elif static:
-            self.version += 1
+            self.version += differ(history.last, numbers)
         moved = history.moves
         history.add(seconds, numbers)
         self.version += history.moves != moved

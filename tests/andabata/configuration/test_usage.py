@@ -2,7 +2,15 @@
 
 import pytest
 
-from andabata.configuration.usage import UsageError, numbers, pairs, span, units, words
+from andabata.configuration.usage import (
+    UsageError,
+    numbers,
+    pairs,
+    span,
+    time_offsets,
+    units,
+    words,
+)
 
 
 def test_words_are_split_and_known():
@@ -52,3 +60,15 @@ def test_a_text_that_is_not_a_span_is_refused(text):
     """Numbers outside the bounds and spans in the wrong order are errors."""
     with pytest.raises(UsageError, match="--x: expected 1, 2, 3 or a span as 1-3"):
         span(text, 3, "--x")
+
+
+def test_times_are_seconds_of_known_topics():
+    """A topic of no reading, a time that is none, and one beyond a second are refused."""
+    assert time_offsets(["/imu=-0.09", "/fix= 1"]) == {"/imu": -0.09, "/fix": 1.0}
+    with pytest.raises(UsageError, match=r"--time-offset: expected one of /imu, .*got '/scan'"):
+        time_offsets(["/scan=0.1"])
+    with pytest.raises(UsageError, match="--time-offset /imu: expected 1 numbers"):
+        time_offsets(["/imu=late"])
+    for text in ("1.01", "-89"):
+        with pytest.raises(UsageError, match="--time-offset /imu: expected at most 1 s before or"):
+            time_offsets([f"/imu={text}"])

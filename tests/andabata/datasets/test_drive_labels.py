@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from andabata.datasets.drive_labels import label_driven_cells
-from andabata.datasets.drive_path import DriveLabelsConfig, DrivePath
+from andabata.datasets.drive_labels import _near_trouble, label_driven_cells
+from andabata.datasets.drive_path import DriveLabelsConfig, DrivePath, Trouble
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from tests.support.driven_ground import SPEED, level_ground, period, raised, straight
@@ -166,3 +166,13 @@ def test_a_slip_blocks_the_ground_where_it_began():
 def test_clouds_during_a_slip_are_not_labelled():
     """While the wheels slip, nobody knows where footprints lie in a cloud."""
     assert not labels(level_ground(), slipping(), stamp=15.0).any()
+
+
+def test_trouble_is_near_from_both_sides():
+    """The time counts to the nearest trouble before and after, whichever others there are."""
+    stamps = np.arange(20.0)
+    troubles = np.zeros(20, dtype=np.uint8)
+    assert not _near_trouble(stamps, troubles, 2.0).any()
+    troubles[[3, 4, 5, 14]] = Trouble.STOPPED
+    near = np.flatnonzero(_near_trouble(stamps, troubles, 2.0))
+    assert near.tolist() == [1, 2, 3, 4, 5, 6, 7, 12, 13, 14, 15, 16]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.localization.localizer import Health
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, Sweeps
 from andabata.records import topics
@@ -13,8 +14,9 @@ from andabata.records.bag_writers import open_writer
 from andabata.records.bags import Bag, BagError
 from andabata.records.drive_setup import DriveSetup, read_setup
 from andabata.records.messages import MessageBuilder, header_ns
-from andabata.records.recorder import MessageQueue, queue_readings
+from andabata.records.recorder import MessageQueue, Recorder, queue_readings
 from andabata.records.topics import TOPICS
+from tests.support.planned_drives import GRID, PlannedDrive
 from tests.support.played_graph import MemoryWriter
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
@@ -234,3 +236,32 @@ def test_a_sweep_leaves_at_its_end_and_a_fix_with_its_period():
         (1_100_000_000, topics.FIX),
     ]
     assert [header_ns(m) for _, _, m in writer.messages] == [10**9, 10**9, 1_050_000_000]
+
+
+def test_diagnostics_are_not_ok_where_a_check_failed():
+    """The level is a warning at least, and the message names each check that failed."""
+    drive, levels = PlannedDrive(), []
+    drive.localizer.health = Health.OK
+    for failures in ((), ("wheels: backwards", "imu: gyro"), ()):
+        writer = MemoryWriter()
+        queue = MessageQueue(writer, MessageBuilder(1))
+        recorder = Recorder(queue, drive.localizer, None, GRID.bearings)
+        recorder.failures = failures
+        recorder.queue_state(0.0)
+        queue.flush()
+        (status,) = (m.status[0] for _, topic, m in writer.messages if topic is topics.DIAGNOSTICS)
+        levels.append((status.level, status.message))
+    assert levels == [(0, "ok"), (1, "degraded; wheels: backwards; imu: gyro"), (0, "ok")]
+
+
+def test_a_check_that_fails_is_published_at_once():
+    """Between the seconds a change of the failed checks is a message of its own."""
+    drive, writer = PlannedDrive(), MemoryWriter()
+    queue = MessageQueue(writer, MessageBuilder(1))
+    recorder = Recorder(queue, drive.localizer, None, GRID.bearings)
+    for k in range(1, 6):
+        recorder.failures = ("imu: gyro",) if k > 2 else ()
+        recorder.queue_state(k / 10)
+    queue.flush()
+    stamps = [stamp for stamp, topic, _ in writer.messages if topic is topics.DIAGNOSTICS]
+    assert len(stamps) == 2

@@ -1,6 +1,7 @@
 """Replays of recordings whose sources contradict each other, and of the steps that are advised."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -241,20 +242,67 @@ def test_two_sources_of_one_pose_are_said_and_selves_ignored(replay, rows):
     assert "frame to itself are ignored: lidar_link" in texts
 
 
-def test_a_second_imu_on_the_topic_is_refused_where_it_differs(replay, rows):
-    """One of them is used; the failed check makes health and exit code not ok."""
+def second(rows, topic, frame, edit):
+    """Return rows with edited copies of a topic's messages 2 ms later, of a second source."""
     more = [
         replace(
-            restamped(negated(row, 0), stamp_of(row) + NS // 500), stamp_ns=row.stamp_ns + NS // 500
+            restamped(edit(row, k), stamp_of(row) + NS // 500), stamp_ns=row.stamp_ns + NS // 500
         )
-        for row in rows
-        if row.topic == "/imu"
+        for k, row in enumerate(row for row in rows if row.topic == topic)
     ]
-    more = [replace(row, content=reframed(row.content, "imu2_link")) for row in more]
-    code, data, _ = replay([*rows, *more])
-    assert code == 3
-    assert set(data["health"]) == {"degraded"}
-    assert any("expected one source, got frame " in t for t in data["remark_texts"])
+    return [*rows, *(replace(row, content=reframed(row.content, frame)) for row in more)]
+
+
+def moved_north(row, _):
+    """Return a fix 22 m further north."""
+    return replace(row, content=replace(row.content, latitude=row.content.latitude + 2e-4))
+
+
+def faster(row, _):
+    """Return wheel speeds of a driver that counts in another unit."""
+    m = row.content
+    return replace(row, content=replace(m, left=9.55 * m.left, right=9.55 * m.right))
+
+
+@pytest.mark.parametrize(
+    ("topic", "edit"),
+    [("/imu", negated), ("/fix", moved_north), ("/encoder_data", faster)],
+)
+def test_a_second_source_on_the_topic_is_refused_and_the_option_chooses(replay, rows, topic, edit):
+    """Each step that is advised is right: with the true source the drive is the same."""
+    _, plain, _ = replay(rows)
+    both = second(rows, topic, "second", edit)
+    code, _, err = replay(both)
+    assert code == 1
+    assert err.startswith(f"error: {topic}: expected")
+    choices = re.findall(r"--source (\S+)", err)
+    assert len(choices) == 2
+    first = next(choice for choice in choices if choice != f"{topic}=second")
+    code, data, _ = replay(both, "--source", first)
+    assert code == 0
+    assert outcome(data) == outcome(plain)
+    (text,) = data["remark_texts"]
+    assert f"messages of other sources than {first.partition('=')[2]} are not read" in text
+
+
+def test_sources_that_agree_are_both_used_and_said(replay, rows):
+    """One remark names both, and nothing is refused."""
+    code, data, _ = replay(second(rows, "/imu", "imu2_link", lambda row, _: row))
+    assert code == 0
+    texts = [text for text in data["remark_texts"] if text.startswith("/imu: ")]
+    assert len(texts) == 1
+    assert "readings come from two sources, frame " in texts[0]
+    assert set(data["health"]) == {"ok"}
+
+
+def test_a_source_that_no_message_has_is_refused(replay, rows):
+    """The error names those that there are."""
+    code, _, err = replay(rows, "--source", "/imu=elsewhere")
+    assert code == 1
+    assert "--source /imu: expected one of frame base_link, got elsewhere" in err
+    code, _, err = replay(rows, "--source", "/gyro=a")
+    assert code == 1
+    assert "--source: expected one of /" in err
 
 
 def test_wheels_of_another_unit_on_a_straight_drive_contradict_the_fixes(replay):
@@ -292,3 +340,39 @@ def test_a_gyro_of_the_wrong_sign_contradicts_the_wheels(replay, rows):
     assert code == 0
     assert outcome(mended) == outcome(plain)
     assert mended["remark_texts"] == []
+
+
+def moved(row, shift):
+    """Return a row that is stamped and recorded later [ns]."""
+    return replace(restamped(row, stamp_of(row) + shift), stamp_ns=row.stamp_ns + shift)
+
+
+@pytest.mark.parametrize(
+    ("topic", "seconds"),
+    [("/imu", 0.2), ("/mag_orientation", -0.2), ("/encoder_data", 0.2), ("/imu", 0.089)],
+)
+def test_stamps_of_one_sensor_that_are_late_are_said_and_the_option_mends_them(
+    replay, rows, topic, seconds
+):
+    """Each option that is advised leads to a replay without a remark."""
+    late = edited(rows, topic, lambda row, _: moved(row, round(seconds * NS)))
+    code, data, _ = replay(late)
+    assert code == 0
+    (text,) = data["remark_texts"]
+    options = re.findall(r"--time-offset (\S+)=(\S+)", text)
+    assert options[0][0] == topic
+    assert float(options[0][1]) == pytest.approx(-seconds, abs=0.02)
+    for name, value in options:
+        code, data, _ = replay(late, "--time-offset", f"{name}={value}")
+        assert code == 0
+        assert data["remark_texts"] == []
+        assert data["health"] == {"ok": data["periods"]}
+
+
+def test_a_time_offset_is_that_of_the_stamps(replay, rows):
+    """Stamps that are moved by a time and back give the same drive."""
+    _, plain, _ = replay(rows)
+    late = edited(rows, "/imu", lambda row, _: moved(row, NS // 5))
+    code, data, _ = replay(late, "--time-offset", "/imu=-0.2")
+    assert code == 0
+    assert outcome(data) == outcome(plain)

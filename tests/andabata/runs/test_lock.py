@@ -9,7 +9,7 @@ from contextlib import suppress
 import pytest
 
 from andabata.app.cli import main
-from andabata.runs.lock import LOCK, RunLockError, locked_folder
+from andabata.runs.lock import LOCK, RunLockError, locked_file, locked_folder
 
 _HOLD = """
 import sys, time
@@ -89,6 +89,9 @@ def test_no_folder_needs_no_lock():
         ["evaluate", "--task", "spn"],
         ["lidar-study"],
         ["demo"],
+        ["clouds", "generate", "--train", "1", "--validation", "0"],
+        ["classifier", "train", "--clouds", "none"],
+        ["classifier", "ground", "--clouds", "none"],
     ],
     ids=" ".join,
 )
@@ -100,3 +103,22 @@ def test_each_command_that_writes_a_run_folder_refuses_a_busy_one(tmp_path, caps
         assert f"error: {tmp_path}: expected a folder that no other command writes" in error
         assert len([line for line in error.splitlines() if line.startswith("error")]) == 1
         assert [path.name for path in tmp_path.iterdir()] == [LOCK]
+
+
+def test_a_command_that_writes_a_file_refuses_one_that_another_writes(tmp_path, capsys):
+    """Other files of the folder are free, and nothing is left."""
+    words = ["classifier", "adapt", "none.bag", "--clouds", "none"]
+    with locked_file(tmp_path / "mine.npz") as path:
+        assert main([*words, "--out", str(path)]) == 1
+        error = capsys.readouterr().err
+        assert f"error: {path}: expected a file that no other command writes" in error
+        with locked_file(tmp_path / "other.npz"):
+            assert len(list(tmp_path.iterdir())) == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_lock_of_a_file_needs_its_folder(tmp_path, capsys):
+    """The command fails before its work, not after it."""
+    out = tmp_path / "missing/mine.npz"
+    assert main(["classifier", "adapt", "none.bag", "--clouds", "none", "--out", str(out)]) == 1
+    assert capsys.readouterr().err == f"error: {out.parent}: expected an existing folder\n"

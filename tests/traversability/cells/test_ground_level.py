@@ -72,3 +72,14 @@ def test_a_drop_lowers_the_ground_before_it_no_further_than_the_cones_reach():
     far, near = places[:, 0] < 4.0 - 0.5 / MAX_GRADE - 0.5, np.abs(places[:, 0] - 3.7) < 0.25
     np.testing.assert_allclose(levels[far], 0.0, atol=1e-6)
     assert (levels[near & (np.abs(places[:, 1]) < 1)] < -0.2).all()
+
+
+def test_ground_steeper_than_17_degrees_stands_above_itself_by_the_rest():
+    """From the innermost ground that is seen on, uphill, the ground rises by 0.3 m in a metre."""
+    points = flat(0.0, 100_000).astype(float)
+    points[:, 2] = 0.5 * points[:, 0]
+    places, levels, _ = ground_under(points)
+    ahead = (np.abs(places[:, 1]) < 0.8) & (places[:, 0] > 2) & (places[:, 0] < 6)
+    rises = np.polyfit(places[ahead, 0], levels[ahead], 1)[0]
+    assert rises == pytest.approx(0.3, abs=0.03)
+    assert MAX_GRADE == 0.3

@@ -8,8 +8,11 @@ from andabata.records.frames.driving_check import DrivingCheck
 METRE = 1 / 111_195
 
 
-def driven(speed=1.0, heading=0.5, reported=None, fixes=20, sigma=0.5):
-    """Return a check of a drive in a wide arc with a fix a second, and noise of 0.2 m."""
+def driven(speed=1.0, heading=0.5, reported=None, fixes=20, sigma=0.5, turned=lambda k: 0.0):
+    """Return a check of a drive in a wide arc with a fix a second, and noise of 0.2 m.
+
+    The compass is turned to the left by a function of the period [deg].
+    """
     check, rng = DrivingCheck(), np.random.default_rng(0)
     place, yaw = 0j, heading
     reported = speed if reported is None else reported
@@ -18,7 +21,7 @@ def driven(speed=1.0, heading=0.5, reported=None, fixes=20, sigma=0.5):
         yaw += 0.005
         place += 0.1 * speed * np.exp(1j * yaw)
         imu = np.array([[t, 0, 0, 0.05, 0, 0, 9.8]])
-        north = np.exp(1j * (np.pi / 2 - yaw))
+        north = np.exp(1j * (np.pi / 2 - yaw - np.deg2rad(turned(k))))
         mag = np.array([[t, 30 * north.real, 30 * north.imag, -40]])
         noise = rng.normal(0, 0.2, 2)
         fix = [t, 36 + (place.imag + noise[0]) * METRE, 0.0, 0.0, sigma**2]
@@ -54,3 +57,35 @@ def test_few_near_or_poor_fixes_say_nothing():
     assert driven(speed=0.1, reported=0.0).remarks == []
     assert driven(reported=0.0, sigma=10.0).remarks == []
     assert DrivingCheck().remarks == []
+
+
+@pytest.mark.parametrize("degrees", [-130, 130, 180, -75, 75, -105, 105, 0])
+def test_only_a_heading_opposite_to_the_compass_is_backwards(degrees):
+    """Opposite means by more than 120 degrees, on either side."""
+    remarks = driven(turned=lambda _: degrees).remarks
+    assert any("move backwards" in text for text in remarks) == (abs(degrees) > 120)
+
+
+def test_an_unsteady_compass_says_nothing_about_backwards():
+    """It is opposite for more than a half of the drive, and right for the rest."""
+    assert driven(turned=lambda k: 180 * (k % 5 < 3)).remarks == []
+    assert driven(turned=lambda k: 180 + 20 * (k % 2)).remarks != []
+
+
+def test_the_scale_may_be_half_or_twice():
+    """Beyond it the unit or the radius is wrong; the number is that of the fixes."""
+    for reported in (0.55, 1.8):
+        assert driven(reported=reported).remarks == []
+    for reported, share in ((0.4, "2.5"), (2.5, "0.4")):
+        (text,) = driven(reported=reported).remarks
+        assert f"move by {share} of the way" in text
+
+
+def test_fixes_without_a_place_or_outside_of_the_drive_do_not_count():
+    """Five fixes within the path are needed."""
+    check = driven()
+    late = np.array([[1e3 + k, 36.1, 0.0, 0.0, 0.25] for k in range(30)])
+    before = check.fit
+    check.add(None, None, None, late)
+    check.add(None, None, None, np.array([[5.0, np.nan, 0.0, 0.0, 0.25]]))
+    assert check.fit == before

@@ -107,3 +107,19 @@ def test_the_gyro_turns_as_the_wheels_do(rate, count):
         checks.compare(*rows(5.0, 3.0, 3.0))  # Straight on tells nothing.
     assert len(checks.failures) == count
     checks.compare(None, None)
+
+
+def test_a_drive_that_begins_anew_keeps_what_failed_before():
+    """Times count from another instant: fixes are compared within one drive, once each."""
+    checks = MountingChecks()
+    for _ in range(2):
+        for k in range(100):
+            place = [k / 10, 36.7 + k * 1e-6, -4.4, 0.0, 0.01]
+            speeds = np.array([[k / 10, 0.0]])
+            checks.driving.add(
+                np.array([[k / 10, 0, 0, 0.0, 0, 0, 9.8]]), speeds, None, np.array([place])
+            )
+        checks.restart()
+        assert checks.driving.fit is None
+        (text,) = checks.failures
+        assert text.startswith("wheels: the fixes move by ")

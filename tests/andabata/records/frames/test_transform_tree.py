@@ -212,6 +212,17 @@ def test_a_node_may_correct_its_own_static_transform():
     assert Extrinsics(tree=tree).remarks[0].startswith("/tf: ")
 
 
+def test_a_static_transform_that_is_repeated_changes_nothing():
+    """Callers that cache look-ups, and checks that collect readings, go on."""
+    tree, other = TransformTree(), (0.5, 0, 0)
+    versions = []
+    for at in ((0.1, 0, 0), (0.1, 0, 0), other, other):
+        tree.add([stamped(COMPOSE, ("base_link", "laser", at, NONE))], True, "/urdf")
+        versions.append(tree.version)
+    assert versions[0] == versions[1] < versions[2] == versions[3]
+    np.testing.assert_allclose(place(tree, "laser").translation, other)
+
+
 def test_two_sources_that_agree_are_reported_in_one_remark():
     """All frames of the same two sources share a remark."""
     mast = ("base_link", "mast", (0, 0, 0.5), NONE)

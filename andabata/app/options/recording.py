@@ -1,0 +1,61 @@
+"""Group of options of commands that replay a recording of any robot."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from andabata.app.options.shared import SensorOptions, TopicOptions
+
+if TYPE_CHECKING:
+    from andabata.assembly.simulated_robot import SimulatedRobotConfig
+    from andabata.models import Models
+    from andabata.replay.options import ReplayOptions
+
+RecordedRobot = Annotated[
+    str | None,
+    typer.Option(help="Body instead of the recorded one: andabata, husky or jackal."),
+]
+
+
+@dataclass(frozen=True)
+class RecordingOptions(TopicOptions, SensorOptions):
+    """Recorded robot with its names, units, stamps, sensors and settings.
+
+    Options: those of ``TopicOptions`` and ``SensorOptions``.
+    """
+
+    def replay(
+        self,
+        models: "Models | None" = None,
+        controller: str | None = None,
+        robot: str | None = None,
+    ) -> "ReplayOptions":
+        """Return the user's choices for a replay.
+
+        Args:
+            models: Classifiers and policy; None for the shipped ones.
+            controller: Name of the controller; None for the recorded one.
+            robot: Name of a body; None for the recorded one.
+
+        Raises:
+            UsageError: If an option's value is not one.
+        """
+        from andabata.machine.robot import RobotModel
+        from andabata.replay.options import ReplayOptions
+
+        def configure(recorded: "SimulatedRobotConfig") -> "SimulatedRobotConfig":
+            body = {"robot": RobotModel.load(robot)} if robot else {}
+            return self.configure(recorded.model_copy(update=body))
+
+        return ReplayOptions(
+            controller=controller,
+            models=models,
+            cloud=self.cloud,
+            configure=configure,
+            topics=self.names(),
+            mountings=self.mountings(),
+            units=self.units(),
+            sources=self.sources(),
+            time_offsets=self.time_offsets(),
+        )

@@ -27,6 +27,12 @@ PLAN_COLOUR: Final = "#0047c8"
 """Colour of the plan and of goals."""
 
 
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Return red, green and blue, 0 to 255, of a colour in hexadecimal, such as ``#d55e00``."""
+    red, green, blue = bytes.fromhex(colour.removeprefix("#"))
+    return red, green, blue
+
+
 def _table() -> NDArray[np.uint8]:
     """Return red, green and blue by the number of a class, read-only; grey for all others."""
     colours = np.full((256, 3), 150, dtype=np.uint8)

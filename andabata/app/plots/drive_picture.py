@@ -3,11 +3,16 @@
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from andabata.app.class_colours import BLOCKED_COLOUR, FREE_COLOUR, PATH_COLOUR, PLAN_COLOUR
+from andabata.app.class_colours import (
+    BLOCKED_COLOUR,
+    FREE_COLOUR,
+    PATH_COLOUR,
+    PLAN_COLOUR,
+    rgb,
+)
 from andabata.app.drive_frames import DriveFrame
 from andabata.app.plots.captions import caption, legend_line
 from andabata.app.plots.film import Colour
@@ -18,13 +23,6 @@ from andabata.app.rendering.robot_mesh import robot_mesh
 from andabata.app.rendering.scenery import Scenery
 from andabata.machine.robot import RobotModel
 from traversability.grid import PolarGrid
-
-
-def rgb(colour: str) -> Colour:
-    """Return red, green and blue of a colour, 0 to 255."""
-    red, green, blue = (round(255 * part) for part in to_rgb(colour))
-    return red, green, blue
-
 
 FREE, BLOCKED = rgb(FREE_COLOUR), rgb(BLOCKED_COLOUR)
 PATH, PLAN = rgb(PATH_COLOUR), rgb(PLAN_COLOUR)

@@ -71,7 +71,7 @@ def world_figure(world: World) -> Figure:
     aslant.imshow(panorama(world, (900, 740)))
     aslant.set_axis_off()
     aslant.set_title("from the south-west")
-    handles = _reason_handles(world)
+    handles = _reason_handles(above, world)
     if world.tasks:
         handles += [
             Line2D([], [], linestyle="", marker="o", color="black", label="start"),
@@ -151,7 +151,7 @@ def drive_figure(
         offset: dict[str, Any] = {"textcoords": "offset points", "xytext": (7, -3), "fontsize": 8}
         axes.annotate(text, (path[place, 0], path[place, 1]), bbox=_STAMP_BOX, **offset)
     axes.legend(loc="upper right")
-    handles = _reason_handles(world)
+    handles = _reason_handles(axes, world)
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
     axes.set_title(title)
     return figure
@@ -249,9 +249,14 @@ def _draw_ground(axes: Axes, world: World) -> None:
     axes.set_ylabel("y, north [m]")
 
 
-def _reason_handles(world: World) -> list[Artist]:
-    """Return the legend of forbidden ground, of the reasons that are there."""
-    there = [Reason(value) for value in np.unique(world.truth.reason)]
+def _reason_handles(axes: Axes, world: World) -> list[Artist]:
+    """Return the legend of forbidden ground, of the reasons that axes show."""
+    size = np.array([world.ground.width, world.ground.depth])
+    limits = np.array([axes.get_xlim(), axes.get_ylim()])
+    cells = (limits / size[:, None] + 0.5) * np.array(world.truth.reason.shape)[:, None]
+    (x0, x1), (y0, y1) = np.maximum(cells, 0).astype(int).tolist()
+    shown = world.truth.reason[x0 : x1 + 1, y0 : y1 + 1]
+    there = [Reason(value) for value in np.unique(shown)]
     return [
         Patch(color=_REASON_COLOURS[reason], alpha=0.75, label=_REASON_WORDS[reason])
         for reason in there

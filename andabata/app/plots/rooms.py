@@ -4,7 +4,7 @@ They follow the figures of Zhang et al. (arXiv 2010.10209), whose numbers stand 
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -102,7 +102,8 @@ def trajectories_figure(
             axes.set_title(f"{room.name}\n{lidar}: {_counts(mine)}", fontsize=9)
     figure.suptitle(title, fontsize=11)
     hits = any(drive.contact in _HITS for some in drives.values() for drive in some)
-    _end_legend(figure, hits=hits, others=[track_legend()] if movers else ())
+    ends = {drive.outcome for some in drives.values() for drive in some}
+    _end_legend(figure, hits=hits, others=[track_legend()] if movers else (), ends=ends)
     return figure
 
 
@@ -391,7 +392,11 @@ def _hits(row: Mapping[str, Any]) -> int:
 
 
 def _end_legend(
-    figure: Figure, bars: bool = False, hits: bool = False, others: Sequence[Artist] = ()
+    figure: Figure,
+    bars: bool = False,
+    hits: bool = False,
+    others: Sequence[Artist] = (),
+    ends: Collection[Outcome] = tuple(_END_STYLES),
 ) -> None:
     """Add the legend of ends below a figure.
 
@@ -400,8 +405,10 @@ def _end_legend(
         bars: True if ends are bars.
         hits: True if movers hit a robot.
         others: More entries.
+        ends: Ends that are drawn.
     """
-    styles = [*_END_STYLES.values(), *([_HIT_STYLE] if hits else [])]
+    styles = [style for outcome, style in _END_STYLES.items() if outcome in ends]
+    styles += [_HIT_STYLE] if hits else []
     handles: list[Any] = [
         Patch(color=style["color"], label=style["label"])
         if bars

@@ -54,7 +54,8 @@ def drive(
     clip: Annotated[
         Path | None,
         typer.Option(
-            help="Draw the drive as a moving picture: a .gif, or an .mp4 where there is ffmpeg."
+            help="Draw the drive as a moving picture: a .gif, or an .mp4 where there is ffmpeg; a "
+            ".png is a picture of its last moment."
         ),
     ] = None,
     time_limit: Annotated[

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from andabata.app.class_colours import BLOCKED_COLOUR, FREE_COLOUR
+from andabata.app.class_colours import BLOCKED_COLOUR, FREE_COLOUR, rgb
 from andabata.app.drive_frames import DriveFrame, PlanFrame
 from andabata.app.plots import drive_picture
 from andabata.app.plots.clip import Stand
-from andabata.app.plots.drive_picture import draw_drive, legend, rgb, status, tinted, way_in_map
+from andabata.app.plots.drive_picture import draw_drive, legend, status, tinted, way_in_map
 from andabata.app.rendering.scenery import Scenery
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel

@@ -74,6 +74,20 @@ def test_a_panorama_shows_the_whole_world(world):
     assert (picture != 255).any(axis=2).mean() > 0.33
 
 
+def test_the_legend_of_a_drive_has_the_reasons_in_view():
+    """A solid object far from the drive is not named."""
+    world = make_world("maze", 1, None)
+    reason = np.full_like(world.truth.reason, drives.Reason.FREE)
+    reason[-4:, -4:], reason[reason.shape[0] // 2, reason.shape[1] // 2] = (
+        drives.Reason.SOLID,
+        drives.Reason.LOW,
+    )
+    world = replace(world, truth=replace(world.truth, reason=reason))
+    figure = drives.drive_figure(world, np.zeros((2, 3)), [(1.0, 1.0)], "title")
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts == [drives._REASON_WORDS[drives.Reason.LOW]]
+
+
 def test_a_drive_shows_the_ways_of_walkers(world):
     """A line for each while it is there, and a disc where it is in the end."""
     rows = np.zeros((3, 2, 5))

@@ -76,7 +76,7 @@ def test_movers_of_the_first_drive_are_shown_with_its_path_in_bold():
     np.testing.assert_array_equal(bold.get_ydata(), drive().path[:, 1])
     assert not [each for each in second.lines if each.get_linewidth() > 2]
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert texts == ["goal reached", "crash", "time-out", rooms.track_legend().get_label()]
+    assert texts == ["goal reached", rooms.track_legend().get_label()]
 
 
 def test_titles_and_legends_lie_inside_the_figure():

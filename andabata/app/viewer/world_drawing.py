@@ -151,5 +151,5 @@ def blade_corners(plants: Plants) -> NDArray[np.float32]:
     across = np.stack([-lean[:, 1], lean[:, 0], np.zeros(len(lean))], axis=1)
     length = np.linalg.norm(across, axis=1, keepdims=True)
     across = _BLADE * np.where(length > 0, across / np.maximum(length, 1e-9), [1.0, 0.0, 0.0])
-    corners = [plants.feet - across, plants.feet + across, plants.tips]
-    return np.stack(corners, axis=1).astype(np.float32)
+    corners = (plants.feet - across, plants.feet + across, plants.tips)
+    return np.stack([np.asarray(each, dtype=np.float32) for each in corners], axis=1)

@@ -14,6 +14,7 @@ from andabata.app.plots.room_movers import NO_MOVERS, Movers
 from andabata.app.plots.rooms import (
     ends_figure,
     memory_text,
+    memory_words,
     moment_of,
     sudden_figure,
     support_points_figure,
@@ -210,7 +211,8 @@ def _drives(
     name = next(iter(folder.policies))
     page.section("Paths", f"Drives of {name}: paths, and where and how they ended (Fig. 7).")
     for memory in folder.config.memories:
-        title = f"policy {name}, {memory_text(memory)}"
+        title = f"policy {name}, {memory_words(memory)}"
+        caption = f"Paths and ends: {name}, {memory_text(memory)}"
         for begin in range(0, len(rooms), _SHOWN_ROOMS):
             some = rooms[begin : begin + _SHOWN_ROOMS]
             cells = {
@@ -224,7 +226,7 @@ def _drives(
                 key: _movers(folder, cell) for key, cell in cells.items() if cell.room in moving
             }
             figure = trajectories_figure(found, some, title, movers)
-            page.figure(figure, f"paths-{memory}", f"Paths and ends: {title}", drawn=True)
+            page.figure(figure, f"paths-{memory}", caption, drawn=True)
     filmed = next((room for room in rooms if room.movers and not room.appearances), rooms[0])
     _film(page, folder, name, next(iter(lidars.values())), filmed)
 

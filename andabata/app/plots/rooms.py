@@ -128,7 +128,7 @@ def ends_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
                 cell = [r for r in rows if (r["room"], r["lidar"], r["memory"]) == key]
                 _draw_bar(axes, k, cell)
             axes.set_xticks(range(len(lidars)), labels, rotation=90, fontsize=8)
-            axes.set_title(f"{room}, {memory_text(memory)}", fontsize=9)
+            axes.set_title(f"{room}, {memory_words(memory)}", fontsize=9)
             axes.set_ylim(0, 1)
         line[0].set_ylabel("share of drives")
     figure.suptitle(title, fontsize=11)
@@ -239,7 +239,12 @@ def moment_of(drive: RoomDrive, one: MoverPlan) -> int | None:
 
 
 def memory_text(memory: str) -> str:
-    """Return a memory in words."""
+    """Return a memory in a word or two, as results name it."""
+    return {"map": "with map"}.get(memory, memory)
+
+
+def memory_words(memory: str) -> str:
+    """Return a memory in the words of a title."""
     return {"map": "with the map", "reactive": "without a memory"}.get(memory, memory)
 
 

@@ -136,7 +136,7 @@ def _from_page(page: str, caption: str) -> bytes:
 
 
 def fitted(data: bytes, width: int) -> bytes:
-    """Return a PNG or GIF picture of a largest width; a GIF made narrower loses half its frames.
+    """Return a PNG or GIF picture of a largest width, of few colours; a GIF keeps its palette.
 
     Args:
         data: Picture.
@@ -150,21 +150,20 @@ def fitted(data: bytes, width: int) -> bytes:
     out = io.BytesIO()
     if picture.format != "GIF":
         small = picture.convert("RGB").resize(size, Image.Resampling.LANCZOS)
-        small.quantize(128).save(out, "PNG", optimize=True)
+        # Median cut would drop the colours of thin lines and markers.
+        small.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=1).save(
+            out, "PNG", optimize=True
+        )
         return out.getvalue()
+    palette = picture.copy()
     # The iterator gives one object that moves on: each frame is copied while it is the present one.
     frames = [
-        frame.convert("RGB").resize(size, Image.Resampling.LANCZOS)
-        for number, frame in enumerate(ImageSequence.Iterator(picture))
-        if number % 2 == 0
+        frame.convert("RGB")
+        .resize(size, Image.Resampling.LANCZOS)
+        .quantize(palette=palette, dither=Image.Dither.NONE)
+        for frame in ImageSequence.Iterator(picture)
     ]
-    # One palette for all, of three of them: palettes of their own would flicker.
-    strip = Image.new("RGB", (size[0], 3 * size[1]))
-    for place, frame in enumerate((frames[0], frames[len(frames) // 2], frames[-1])):
-        strip.paste(frame, (0, place * size[1]))
-    palette = strip.quantize(96)
-    frames = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    duration = 2 * int(picture.info["duration"])
+    duration = int(picture.info["duration"])
     frames[0].save(out, "GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0)
     return out.getvalue()
 

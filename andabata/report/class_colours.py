@@ -1,4 +1,8 @@
-"""Colours of semantic classes, the same in clips and in the live view."""
+"""Colours of semantic classes and of cells, the same in figures, clips and the live view.
+
+Free and blocked are a bluish green and vermilion, which the colour-blind tell apart (Okabe and Ito
+2008, "Color universal design").
+"""
 
 from typing import Final
 
@@ -6,6 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from terrain.classes import SemanticClass
+
+FREE_COLOUR: Final = "#009e73"
+"""Colour of free cells, and of goals that were reached."""
+
+BLOCKED_COLOUR: Final = "#d55e00"
+"""Colour of blocked cells, and of crashes."""
+
+UNKNOWN_COLOUR: Final = "#f4f4f0"
+"""Colour of unknown cells."""
+
+PATH_COLOUR: Final = "#d0006f"
+"""Colour of the driven path."""
+
+PLAN_COLOUR: Final = "#0047c8"
+"""Colour of the plan and of goals."""
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Return red, green and blue, 0 to 255, of a colour in hexadecimal, such as ``#d55e00``."""
+    red, green, blue = bytes.fromhex(colour.removeprefix("#"))
+    return red, green, blue
 
 
 def _table() -> NDArray[np.uint8]:

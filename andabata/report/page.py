@@ -151,7 +151,7 @@ class Report:
             data: Bytes of the file.
             name: Name of the film, as that of a figure.
             caption: Text below it.
-            kind: End of the file's name: gif or mp4.
+            kind: End of the file's name: gif or mp4; png for a single picture.
         """
         self.films[f"{_plain(name)}.{kind}"] = data
         self.picture(data, caption, kind)

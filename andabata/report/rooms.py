@@ -9,6 +9,7 @@ import numpy as np
 
 from andabata.evaluation.room_drives import RoomAttempt, drive_tasks, drive_tour
 from andabata.evaluation.room_moments import watch_cell
+from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
 from andabata.evaluation.statistics import wilson_interval
@@ -19,9 +20,11 @@ from andabata.report.page import Report
 from andabata.report.plots.film import film
 from andabata.report.plots.room_clip import room_film
 from andabata.report.plots.room_curves import study_figure
+from andabata.report.plots.room_movers import NO_MOVERS, Movers
 from andabata.report.plots.rooms import (
     ends_figure,
     memory_text,
+    memory_words,
     moment_of,
     sudden_figure,
     support_points_figure,
@@ -211,19 +214,35 @@ def _drives(
     name = next(iter(folder.policies))
     page.section("Paths", f"Drives of {name}: paths, and where and how they ended (Fig. 7).")
     for memory in folder.config.memories:
-        title = f"{name}, {memory_text(memory)}"
+        title = f"policy {name}, {memory_words(memory)}"
+        caption = f"Paths and ends: {name}, {memory_text(memory)}"
         for begin in range(0, len(rooms), _SHOWN_ROOMS):
             some = rooms[begin : begin + _SHOWN_ROOMS]
-            found = {
-                (text, room.name): folder.drives(Cell(name, lidar, room.name, memory))
+            cells = {
+                (_laser_text(text), room.name): Cell(name, lidar, room.name, memory)
                 for text, lidar in lidars.items()
                 for room in some
             }
-            figure = trajectories_figure(found, some, title)
-            page.figure(figure, f"paths-{memory}", f"Paths and ends: {title}", drawn=True)
-    moving = (room for room in rooms if room.movers and not room.appearances)
-    filmed = next(moving, rooms[0])
+            found = {key: folder.drives(cell) for key, cell in cells.items()}
+            moving = {room.name for room in some if room.movers and not room.appearances}
+            movers = {
+                key: _movers(folder, cell) for key, cell in cells.items() if cell.room in moving
+            }
+            figure = trajectories_figure(found, some, title, movers)
+            page.figure(figure, f"paths-{memory}", caption, drawn=True)
+    filmed = next((room for room in rooms if room.movers and not room.appearances), rooms[0])
     _film(page, folder, name, next(iter(lidars.values())), filmed)
+
+
+def _laser_text(name: str) -> str:
+    """Return a laser's name in a title."""
+    return "laser of its training" if name == TRAINED else f"laser {name}"
+
+
+def _movers(folder: RoomFolder, cell: Cell) -> Movers:
+    """Return the movers of the first drive of a cell, which is driven again."""
+    watched = watch_cell(folder.config, folder.policies[cell.policy], cell, 0)
+    return np.stack([moment.movers for moment in watched.moments])
 
 
 def _film(page: Report, folder: RoomFolder, policy: str, lidar: str, room: Room) -> None:
@@ -236,12 +255,10 @@ def _film(page: Report, folder: RoomFolder, policy: str, lidar: str, room: Room)
     one = next(iter(cells.values()))
     radius = cell_task(one, folder.config, folder.policies[policy]).robot.radius
     text = f"{policy}, {lidar}: the first drives in {room.name}, begun together"
-    movers = {}
+    movers = NO_MOVERS
     if room.movers:
         text = f"{policy}, {lidar}: the first drive in {room.name}, among what moves there"
-        for name, cell in cells.items():
-            watched = watch_cell(folder.config, folder.policies[policy], cell, 0)
-            movers[name] = np.stack([moment.movers for moment in watched.moments])
+        movers = {name: _movers(folder, cell) for name, cell in cells.items()}
     pictures = room_film(drives, room, radius, movers)
     page.film(film(pictures, _RATE, ".gif"), "drives", text)
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.report.class_colours import BLOCKED_COLOUR, FREE_COLOUR, rgb
 from andabata.report.drive_frames import DriveFrame, MapFrame
 from andabata.viewer.world_drawing import GroundHeight
 from traversability.grid import PolarGrid
@@ -13,7 +14,8 @@ from traversability.virtual_scan import VirtualScan
 if TYPE_CHECKING:
     import viser
 
-_FREE, _BLOCKED, _RANGE, _OPEN = (120, 190, 110), (215, 80, 65), (21, 64, 196), (90, 190, 110)
+_FREE, _BLOCKED = rgb(FREE_COLOUR), rgb(BLOCKED_COLOUR)
+_RANGE, _OPEN = (21, 64, 196), _FREE
 
 _SUBDIVISION = 2
 """Number of patches of a cell along either edge: cells are metres wide and lie on hills."""
@@ -221,7 +223,7 @@ def map_squares(
 ) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
     """Return the middles of a layer's known cells around the robot, and their colours.
 
-    Log odds go from green over white to red, heights and costs from white to red.
+    Log odds go from green over white to orange, heights and costs from white to orange.
 
     Args:
         layer: Layer of the map.

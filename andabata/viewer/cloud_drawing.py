@@ -18,7 +18,7 @@ COLOURINGS = ("class", "height", "age")
 _HEIGHTS = (-1.0, 2.0)
 """Heights over the robot's foot with the first and the last colour [m]."""
 
-_SIZE = 0.04
+_SIZE = 0.03
 """Edge of a point [m]."""
 
 _FAINT, _BRIGHT = np.array([35, 60, 150]), np.array([255, 210, 40])
@@ -105,6 +105,7 @@ class CloudDrawing:
             local,
             colours,
             point_size=_SIZE,
+            point_shape="circle",
             point_shading="flat",
             position=middle,
             visible=self._visible,

@@ -24,6 +24,9 @@ so turning and zooming by hand goes on undisturbed."""
 
 _ODOM = f"{ROOT}/odom"
 
+_FIELD_OF_VIEW = 0.72
+"""Vertical field of view of the page, until it is changed there [rad]."""
+
 _MAP_PERIOD = 0.4
 """Time between two drawings of the local map [s]."""
 
@@ -71,8 +74,10 @@ class OffroadScene:
         self._way = WayDrawing(scene, ROOT, ground)
         self._walkers = WalkerDrawing(scene, ROOT)
         self._map_stamp, self._map_name, self.follows = -np.inf, "none", True
-        server.initial_camera.position = (-4.2, -2.6, 3.2)
-        server.initial_camera.look_at = (1.0, 0.0, 0.0)
+        # Far away with a long lens: near ones tilt what is upright.
+        server.initial_camera.position = (-8.0, -5.0, 6.2)
+        server.initial_camera.look_at = (1.2, 0.0, 0.2)
+        server.initial_camera.fov = _FIELD_OF_VIEW
 
     def show(self, layer: str, visible: bool) -> None:
         """Show or hide a layer.

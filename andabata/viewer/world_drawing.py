@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.report.class_colours import CLASS_COLOURS
+from andabata.report.rendering.plants import GRASSY, Plants
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from worlds.world import World
@@ -24,14 +25,10 @@ GroundHeight = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.f
 _MOST_NODES = 160
 """Number of nodes along an edge of the drawn terrain: browsers without a graphics card draw it."""
 
-_SEE_THROUGH = {
-    SemanticClass.FOLIAGE: 0.35,
-    SemanticClass.BUSH: 0.8,
-    SemanticClass.HIGH_GRASS: 0.7,
-    SemanticClass.STALKS: 0.5,
-    SemanticClass.MEADOW: 0.6,
-    SemanticClass.THICKET: 0.7,
-}
+_BLADE = 0.02
+"""Half of the width of a blade of grass at its foot [m]."""
+
+_SEE_THROUGH = {SemanticClass.FOLIAGE: 0.35, SemanticClass.BUSH: 0.8}
 """Opacity of what would hide the robot, or what beams pass through."""
 
 
@@ -107,7 +104,9 @@ def coarse(ground: Heightfield) -> tuple[Heightfield, int]:
 def _objects(
     scene: "viser.SceneApi", name: str, world: World, semantic: SemanticClass
 ) -> "viser.SceneNodeHandle":
-    """Draw all objects of a class as one mesh."""
+    """Draw all objects of a class as one mesh: grass as blades, others as their hulls."""
+    if semantic in GRASSY:
+        return _blades(scene, name, world, semantic)
     parts = [each for each in world.objects if each.semantic is semantic]
     counts = np.cumsum([0, *(len(each.vertices) for each in parts)])
     triangles = [
@@ -125,3 +124,32 @@ def _objects(
         cast_shadow=False,
         receive_shadow=False,
     )
+
+
+def _blades(
+    scene: "viser.SceneApi", name: str, world: World, semantic: SemanticClass
+) -> "viser.SceneNodeHandle":
+    """Draw all stands of a class as blades in one mesh."""
+    stands = [each for each in world.objects if each.semantic is semantic]
+    vertices = blade_corners(Plants.of(stands, world.ground)).reshape(-1, 3)
+    red, green, blue = CLASS_COLOURS[semantic].tolist()
+    return scene.add_mesh_simple(
+        name,
+        vertices,
+        np.arange(len(vertices), dtype=np.uint32).reshape(-1, 3),
+        color=(red, green, blue),
+        side="double",
+        material="toon3",
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+
+
+def blade_corners(plants: Plants) -> NDArray[np.float32]:
+    """Return a triangle for each blade, across the way that it leans [m], shape (n, 3, 3)."""
+    lean = plants.tips - plants.feet
+    across = np.stack([-lean[:, 1], lean[:, 0], np.zeros(len(lean))], axis=1)
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    across = _BLADE * np.where(length > 0, across / np.maximum(length, 1e-9), [1.0, 0.0, 0.0])
+    corners = (plants.feet - across, plants.feet + across, plants.tips)
+    return np.stack([np.asarray(each, dtype=np.float32) for each in corners], axis=1)

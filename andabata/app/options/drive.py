@@ -39,7 +39,8 @@ Goals = Annotated[
 Clip = Annotated[
     Path | None,
     typer.Option(
-        help="Draw the drive as a moving picture: a .gif, or an .mp4 where there is ffmpeg."
+        help="Draw the drive as a moving picture: a .gif, or an .mp4 where there is ffmpeg; a "
+        ".png is a picture of its last moment."
     ),
 ]
 

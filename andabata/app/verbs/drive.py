@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options.drive import ClipOptions, Controller, Goals, RecordOptions
 from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
@@ -14,6 +13,7 @@ from andabata.app.options.shared import (
     RobotOptions,
     SettingsOptions,
 )
+from andabata.app.options.drive import ClipOptions, Controller, Goals, RecordOptions
 from andabata.app.options.view import DriveViewOptions
 from worlds.splits import DEVELOPMENT_SEED
 

@@ -57,12 +57,16 @@ def draw_ranges(
         axes.plot(x, y, color=RANGE_COLOUR, linewidth=2)
 
 
-def range_legend() -> list[Artist]:
-    """Return the legend of a drawn virtual scan."""
-    return [
-        Line2D([], [], color=RANGE_COLOUR, linewidth=2, label="range of the virtual scan"),
-        Patch(**_UNKNOWN_STYLE, label="unknown: no cell could be classified"),
-    ]
+def range_legend(ranges: NDArray[np.float32]) -> list[Artist]:
+    """Return the legend of a drawn virtual scan, of what is there.
+
+    Args:
+        ranges: Ranges of the virtual scan [m], shape (n_sectors,).
+    """
+    known = Line2D([], [], color=RANGE_COLOUR, linewidth=2, label="virtual scan: free up to here")
+    unknown = Patch(**_UNKNOWN_STYLE, label="unknown sector: no cell could be classified")
+    is_unknown = np.isnan(ranges)
+    return [*([] if is_unknown.all() else [known]), *([unknown] if is_unknown.any() else [])]
 
 
 def save(figure: Figure, stream: BinaryIO, **options: Any) -> None:  # noqa: ANN401

@@ -4,18 +4,22 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 from numpy.typing import NDArray
 
 from andabata.evaluation.offroad import Failure
 from andabata.evaluation.trial import OffroadAttempt
 from andabata.machine.pose import Pose
+from andabata.report.class_colours import PATH_COLOUR, PLAN_COLOUR
 from andabata.report.plots.axes import draw_ranges, png
+from andabata.report.rendering.camera import Camera
+from andabata.report.rendering.scenery import Scenery
 from andabata.tasks.episode_monitor import Outcome
-from terrain.classes import SemanticClass
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
 from worlds.traversability_map import Reason
@@ -24,13 +28,14 @@ from worlds.world import Task, World
 _REASON_COLOURS = {
     Reason.FREE: "#00000000",
     Reason.SOLID: "#3b2a20",
-    Reason.VEGETATION: "#4c7f3c",
-    Reason.SLOPE: "#d98e32",
-    Reason.STEP: "#c9551f",
+    Reason.VEGETATION: "#2f8f5b",
+    Reason.SLOPE: "#e69f00",
+    Reason.STEP: "#a0410d",
     Reason.BORDER: "#777777",
-    Reason.WATER: "#3f7fc4",
-    Reason.LOW: "#7a5a48",
+    Reason.WATER: "#0072b2",
+    Reason.LOW: "#8c7ab8",
 }
+"""Colours of forbidden ground, which the colour-blind tell apart."""
 
 _REASON_WORDS = {
     Reason.SOLID: "solid object",
@@ -46,41 +51,58 @@ _REASON_WORDS = {
 _STAMP_BOX: dict[str, Any] = {"facecolor": "#ffffffcc", "edgecolor": "none", "pad": 1.0}
 """Background of texts on the map."""
 
-_CLASS_COLOURS = {
-    SemanticClass.TRUNK: "#6b4a2b",
-    SemanticClass.FOLIAGE: "#4f8f46",
-    SemanticClass.BUSH: "#3f6f38",
-    SemanticClass.ROCK: "#7d7d7d",
-    SemanticClass.HIGH_GRASS: "#a8bf4f",
-    SemanticClass.STALKS: "#c4bc68",
-    SemanticClass.MEADOW: "#94b248",
-    SemanticClass.THICKET: "#5c8034",
-    SemanticClass.WALL: "#9a5b45",
-    SemanticClass.POST: "#7b5aa6",
-    SemanticClass.LAMP: "#c9a227",
-    SemanticClass.BENCH: "#b5651d",
-    SemanticClass.TABLE: "#b58b5d",
-    SemanticClass.BIN: "#37474f",
-}
-
+_RELIEF = 2.0
+"""Factor on heights in the shading of ground, which hides gentle slopes otherwise."""
 
 _WALKER_COLOUR = "#7a2fb5"
 
 
 def world_figure(world: World) -> Figure:
-    """Return a world from above and in 3D."""
-    figure = Figure(figsize=(14, 7), layout="constrained")
-    above = figure.add_subplot(1, 2, 1)
+    """Return a world from above, with the legend of what is drawn, and in perspective."""
+    figure = Figure(figsize=(14, 7.6), layout="constrained")
+    above, aslant = figure.subplots(1, 2, width_ratios=(1, 1.15))
     _draw_ground(above, world)
     _draw_tasks(above, world.tasks)
-    for walker in world.movers:
-        if walker.plan.appears_at == 0.0:
-            above.add_patch(Circle(walker.place, 0.6, color=_WALKER_COLOUR))
-            above.arrow(*walker.place, *(3.0 * np.array(walker.velocity)), color=_WALKER_COLOUR)
-    above.set_title(f"{world.name} {world.seed}: forbidden ground by reason, starts and goals")
-    solid = figure.add_subplot(1, 2, 2, projection="3d")
-    _draw_solid(solid, world)
+    walkers = [each for each in world.movers if each.plan.appears_at == 0.0]
+    for walker in walkers:
+        above.add_patch(Circle(walker.place, 0.6, color=_WALKER_COLOUR))
+        above.arrow(*walker.place, *(3.0 * np.array(walker.velocity)), color=_WALKER_COLOUR)
+    above.set_title(f"{world.name} {world.seed} from above: where the robot must not drive")
+    aslant.imshow(panorama(world, (900, 740)))
+    aslant.set_axis_off()
+    aslant.set_title("from the south-west")
+    handles = _reason_handles(above, world)
+    if world.tasks:
+        handles += [
+            Line2D([], [], linestyle="", marker="o", color="black", label="start"),
+            Line2D([], [], linestyle="", marker="*", color=PLAN_COLOUR, markersize=9, label="goal"),
+        ]
+    if walkers:
+        handles.append(Patch(color=_WALKER_COLOUR, label="walker"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=max(len(handles), 1))
     return figure
+
+
+def panorama(world: World, size: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return the whole of a world in perspective, seen from the south-west.
+
+    Args:
+        world: World.
+        size: Width and height of the picture [pixels].
+
+    Returns:
+        Red, green and blue, shape (height, width, 3).
+    """
+    reach = max(world.ground.width, world.ground.depth)
+    middle = np.array([0.0, 0.0, float(np.median(world.ground.heights))])
+    # What is near takes up more of the picture: its middle lies before the world's.
+    target = middle + reach * np.array([-0.05, -0.07, 0.0])
+    place = target + reach * np.array([-0.63, -0.89, 0.84])
+    camera = Camera.looking_at(place, target, size)
+    scenery = Scenery(world)
+    canvas = scenery.view(camera.sampled(2)).canvas(in_haze=False)
+    scenery.plants.draw(canvas, in_haze=False)
+    return canvas.pixels(2)
 
 
 def drive_figure(
@@ -113,10 +135,11 @@ def drive_figure(
         _draw_walkers(axes, walkers)
     for other_name, other in (others or {}).items():
         axes.plot(other[:, 0], other[:, 1], linewidth=1.6, label=other_name)
-    axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2, label=name)
-    axes.plot(*path[0, :2], "o", color="black")
+    axes.plot(path[:, 0], path[:, 1], color=PATH_COLOUR, linewidth=2, label=name)
+    axes.plot(*path[0, :2], "o", color="black", label="start")
     for number, goal in enumerate(goals, start=1):
-        axes.plot(*goal, "*", color="#0047c8", markersize=14)
+        label = "goal" if number == 1 else None
+        axes.plot(*goal, "*", color=PLAN_COLOUR, markersize=14, label=label, linestyle="")
         axes.annotate(str(number), goal, textcoords="offset points", xytext=(8, 8))
     around = np.vstack([path[:, :2], np.array(goals)])
     low, high = around.min(axis=0) - 8, around.max(axis=0) + 8
@@ -124,11 +147,12 @@ def drive_figure(
     axes.set_xlim(middle[0] - half, middle[0] + half)
     axes.set_ylim(middle[1] - half, middle[1] + half)
     for place, text in stamps:
-        axes.plot(*path[place, :2], "o", color="#d0006f", markersize=5, markeredgecolor="white")
+        axes.plot(*path[place, :2], "o", color=PATH_COLOUR, markersize=5, markeredgecolor="white")
         offset: dict[str, Any] = {"textcoords": "offset points", "xytext": (7, -3), "fontsize": 8}
         axes.annotate(text, (path[place, 0], path[place, 1]), bbox=_STAMP_BOX, **offset)
     axes.legend(loc="upper right")
-    _reason_legend(figure, world)
+    handles = _reason_handles(axes, world)
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
     axes.set_title(title)
     return figure
 
@@ -197,8 +221,8 @@ def failure_figure(failure: Failure, title: str) -> Figure:
     here, goal, path = failure.pose.position[:2], failure.goal, failure.attempt.path
     for axes, reach in ((left, 1.2 * max(float(np.hypot(*(goal - here))), 15.0)), (right, 6.0)):
         _draw_ground(axes, failure.world)
-        axes.plot(path[:, 0], path[:, 1], color="#d0006f", linewidth=2)
-        axes.plot(*goal, "*", color="#0047c8", markersize=14)
+        axes.plot(path[:, 0], path[:, 1], color=PATH_COLOUR, linewidth=2)
+        axes.plot(*goal, "*", color=PLAN_COLOUR, markersize=14)
         if failure.walkers.size:
             _draw_walkers(axes, failure.walkers)
         axes.set_xlim(here[0] - reach, here[0] + reach)
@@ -215,8 +239,9 @@ def _draw_ground(axes: Axes, world: World) -> None:
     extent = (-half_x, half_x, -half_y, half_y)
     heights = world.ground.heights.T.astype(np.float64)
     if np.ptp(heights) > 0:
-        shade = LightSource(315, 45).hillshade(heights, dx=world.ground.cell, dy=world.ground.cell)
-        axes.imshow(shade, origin="lower", extent=extent, cmap="gray", vmin=-0.6, vmax=1.2)
+        cell = world.ground.cell
+        shade = LightSource(315, 45).hillshade(heights, vert_exag=_RELIEF, dx=cell, dy=cell)
+        axes.imshow(shade, origin="lower", extent=extent, cmap="gray", vmin=-0.3, vmax=1.1)
     shown = np.ma.masked_equal(world.truth.reason.T, Reason.FREE)
     colours = ListedColormap([_REASON_COLOURS[reason] for reason in Reason])
     most = len(_REASON_COLOURS) - 1
@@ -226,15 +251,19 @@ def _draw_ground(axes: Axes, world: World) -> None:
     axes.set_ylabel("y, north [m]")
 
 
-def _reason_legend(figure: Figure, world: World) -> None:
-    """Say below a figure what the colours of forbidden ground mean, of those that are there."""
-    there = [Reason(value) for value in np.unique(world.truth.reason)]
-    handles = [
+def _reason_handles(axes: Axes, world: World) -> list[Artist]:
+    """Return the legend of forbidden ground, of the reasons that axes show."""
+    size = np.array([world.ground.width, world.ground.depth])
+    limits = np.array([axes.get_xlim(), axes.get_ylim()])
+    cells = (limits / size[:, None] + 0.5) * np.array(world.truth.reason.shape)[:, None]
+    (x0, x1), (y0, y1) = np.maximum(cells, 0).astype(int).tolist()
+    shown = world.truth.reason[x0 : x1 + 1, y0 : y1 + 1]
+    there = [Reason(value) for value in np.unique(shown)]
+    return [
         Patch(color=_REASON_COLOURS[reason], alpha=0.75, label=_REASON_WORDS[reason])
         for reason in there
         if reason is not Reason.FREE
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
 
 
 def _draw_walkers(axes: Axes, walkers: NDArray[np.float64]) -> None:
@@ -252,27 +281,9 @@ def _draw_tasks(axes: Axes, tasks: Sequence[Task]) -> None:
     """Draw starts and goals."""
     for task in tasks:
         places = np.array([(task.start.x, task.start.y), *task.goals])
-        axes.plot(places[:, 0], places[:, 1], ":", color="#0047c8", linewidth=0.6)
+        axes.plot(places[:, 0], places[:, 1], ":", color=PLAN_COLOUR, linewidth=0.6)
         axes.plot(*places[0], "o", color="black", markersize=4)
-        axes.plot(places[1:, 0], places[1:, 1], "*", color="#0047c8", markersize=8)
-
-
-def _draw_solid(axes: Any, world: World) -> None:  # noqa: ANN401 - 3D axes have no types.
-    """Draw ground and objects in 3D."""
-    stride = max(1, world.ground.heights.shape[0] // 120)
-    x, y = np.meshgrid(world.ground.x[::stride], world.ground.y[::stride], indexing="ij")
-    axes.plot_surface(
-        x, y, world.ground.heights[::stride, ::stride], cmap="gist_earth", alpha=0.7, linewidth=0
-    )
-    for semantic, colour in _CLASS_COLOURS.items():
-        meshes = [each for each in world.objects if each.semantic == semantic]
-        if meshes:
-            corners = np.concatenate([each.vertices for each in meshes])
-            axes.scatter(*corners.T, s=0.6, color=colour, label=semantic.name.lower())
-    if any(each.semantic in _CLASS_COLOURS for each in world.objects):
-        axes.legend(loc="upper left", markerscale=8)
-    axes.set_box_aspect((1, world.ground.depth / world.ground.width, 0.3))
-    axes.view_init(elev=40, azim=-60)
+        axes.plot(places[1:, 0], places[1:, 1], "*", color=PLAN_COLOUR, markersize=8)
 
 
 def _draw_sight(axes: Axes, pose: Pose, scan: VirtualScan, grid: PolarGrid) -> None:

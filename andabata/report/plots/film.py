@@ -11,11 +11,17 @@ from PIL import Image
 
 from andabata.distribution import install_extra
 
-FORMATS = (".gif", ".mp4")
-"""Ends of the names of films."""
+PICTURE = ".png"
+"""End of the name of a single picture."""
 
-_COLOURS = 96
+FORMATS = (".gif", ".mp4", PICTURE)
+"""Ends of the names of films, and of a single picture."""
+
+_COLOURS = 72
 """Number of colours of a GIF."""
+
+Colour = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
 
 
 class FilmError(ValueError):
@@ -29,7 +35,10 @@ def check_film(path: Path) -> None:
         FilmError: If the name has another end, or there is no ffmpeg for an MP4.
     """
     if path.suffix not in FORMATS:
-        raise FilmError(f"--clip: expected a file that ends in .gif or .mp4, got {path}")
+        raise FilmError(
+            f"--clip: expected a file that ends in .gif or .mp4, or in "
+            f".png for the last moment, got {path}"
+        )
     if path.suffix == ".mp4":
         ffmpeg()
 
@@ -54,24 +63,30 @@ def ffmpeg() -> str:
         ) from error
 
 
-def film(pictures: Sequence[Image.Image], rate: float, kind: str) -> bytes:
+def film(
+    pictures: Sequence[Image.Image], rate: float, kind: str, kept: Sequence[Colour] = ()
+) -> bytes:
     """Return a film's file.
 
     Args:
         pictures: Pictures of one size.
         rate: Number of pictures a second [Hz].
-        kind: End of the file's name: ``.gif`` or ``.mp4``.
+        kind: End of the file's name: ``.gif`` or ``.mp4``, or ``.png`` for the last picture.
+        kept: Colours that a GIF shows as they are, however rare: those of a legend.
 
     Raises:
         FilmError: If it cannot be made.
     """
-    return _mp4(pictures, rate) if kind == ".mp4" else _gif(pictures, rate)
+    if kind == PICTURE:
+        stream = io.BytesIO()
+        pictures[-1].save(stream, format="PNG", optimize=True)
+        return stream.getvalue()
+    return _mp4(pictures, rate) if kind == ".mp4" else _gif(pictures, rate, kept)
 
 
-def _gif(pictures: Sequence[Image.Image], rate: float) -> bytes:
+def _gif(pictures: Sequence[Image.Image], rate: float, kept: Sequence[Colour]) -> bytes:
     """Return pictures as an animated GIF of one palette: palettes of their own would flicker."""
-    middle = pictures[len(pictures) // 2]
-    palette = middle.quantize(_COLOURS, method=Image.Quantize.MEDIANCUT)
+    palette = _palette(pictures, kept)
     frames = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
     stream = io.BytesIO()
     frames[0].save(
@@ -81,9 +96,24 @@ def _gif(pictures: Sequence[Image.Image], rate: float) -> bytes:
         append_images=frames[1:],
         duration=round(1000 / rate),
         loop=0,
-        optimize=True,
+        # Else colours that the first picture lacks are left out of the palette.
+        optimize=False,
     )
     return stream.getvalue()
+
+
+def _palette(pictures: Sequence[Image.Image], kept: Sequence[Colour]) -> Image.Image:
+    """Return a picture with the palette of a film: common colours, and those that are kept."""
+    width, height = pictures[0].size
+    # Of three of them, so that what only the first or the last one shows has colours.
+    strip = Image.new("RGB", (width, 3 * height))
+    for row, picture in enumerate((pictures[0], pictures[len(pictures) // 2], pictures[-1])):
+        strip.paste(picture, (0, row * height))
+    count = _COLOURS - len(kept)
+    common = strip.quantize(count, method=Image.Quantize.MEDIANCUT, kmeans=1).getpalette() or []
+    found = Image.new("P", (1, 1))
+    found.putpalette([*common[: 3 * count], *(part for colour in kept for part in colour)])
+    return found
 
 
 def _mp4(pictures: Sequence[Image.Image], rate: float) -> bytes:

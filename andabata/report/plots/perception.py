@@ -4,12 +4,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Wedge
+from matplotlib.patches import Patch, Wedge
 from numpy.typing import NDArray
 
+from andabata.report.class_colours import BLOCKED_COLOUR, FREE_COLOUR, UNKNOWN_COLOUR
 from andabata.report.plots.axes import draw_ranges, range_legend
 from andabata.scanning.scan import Scanned
 from traversability.grid import PolarGrid
@@ -19,37 +21,43 @@ if TYPE_CHECKING:  # Only named: it imports what makes clouds.
     from andabata.bench.fields import FieldClassification
 
 _STATE_COLOURS = {
-    CellState.EMPTY: "#f4f4f0",
-    CellState.TRAVERSABLE: "#58a55c",
-    CellState.NON_TRAVERSABLE: "#d1483f",
+    CellState.TRAVERSABLE: FREE_COLOUR,
+    CellState.NON_TRAVERSABLE: BLOCKED_COLOUR,
+    CellState.EMPTY: UNKNOWN_COLOUR,
 }
+
+_STATE_WORDS = {
+    CellState.TRAVERSABLE: "free",
+    CellState.NON_TRAVERSABLE: "blocked",
+    CellState.EMPTY: "unknown: too few points",
+}
+"""States of cells in the glossary's words."""
+
+_ALPHA = 0.7
+"""Opacity of cells under points."""
 
 
 def scan_figure(scanned: Scanned, title: str) -> Figure:
     """Return a cloud from above, its cells by state and the virtual scan on it."""
-    figure = Figure(figsize=(14, 7.4), layout="constrained")
+    figure = Figure(figsize=(13, 6.3), layout="constrained")
     left, right = figure.subplots(1, 2)
     points, grid = scanned.cloud.points, scanned.grid
     near = (np.hypot(points[:, 0], points[:, 1]) < 1.05 * grid.outer_radius) & (
         points[:, 2] < grid.max_height
     )
     dots = left.scatter(
-        *points[near, :2].T, c=points[near, 2], s=1.5, cmap="viridis", linewidths=0, vmin=-1, vmax=1
+        *points[near, :2].T, c=points[near, 2], s=3, cmap="viridis", linewidths=0, vmin=-1, vmax=1
     )
     figure.colorbar(dots, ax=left, label="height above the base plane [m]", shrink=0.7)
-    left.set_title(f"{title}: points lower than {grid.max_height} m", parse_math=False)
-    _draw_cells(right, scanned.cells, grid, alpha=0.75)
-    right.scatter(*points[near, :2].T, s=0.3, color="black", alpha=0.35, linewidths=0)
-    right.set_title("cells: green traversable, red not, white empty")
+    left.set_title(f"{title}: points below {grid.max_height} m", parse_math=False)
+    _draw_cells(right, scanned.cells, grid, alpha=_ALPHA)
+    right.scatter(*points[near, :2].T, s=0.6, color="black", alpha=0.5, linewidths=0)
+    right.set_title("polar cells and virtual scan")
     for axes in (left, right):
         draw_ranges(axes, scanned.scan.ranges, grid)
-        axes.plot(0, 0, marker=(3, 0, -90), color="black", markersize=10)
-        axes.set_aspect("equal")
-        axes.set_xlim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
-        axes.set_ylim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
-        axes.set_xlabel("x, forward [m]")
-        axes.set_ylabel("y, left [m]")
-    right.legend(handles=range_legend(), loc="upper right", fontsize=9)
+        _frame_robot(axes, grid)
+    handles = [*_state_legend(scanned.cells, _ALPHA), *range_legend(scanned.scan.ranges)]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=10)
     return figure
 
 
@@ -63,7 +71,7 @@ def importance_figure(importances: Mapping[str, float], most: int = 25) -> Figur
     names = list(importances)[:most][::-1]
     figure = Figure(figsize=(7, 0.25 * len(names) + 1.2), layout="constrained")
     axes = figure.add_subplot()
-    axes.barh(names, [importances[name] for name in names], color="#58a55c")
+    axes.barh(names, [importances[name] for name in names], color=FREE_COLOUR)
     axes.set_xlabel("cross-entropy lost when the feature is shuffled [nats a cell]")
     return figure
 
@@ -93,16 +101,13 @@ def labelled_figure(
     ):
         x, y = points[near & chosen, :2].T
         left.scatter(x, y, s=1.0, color=_STATE_COLOURS[state], linewidths=0)
-    left.set_title(f"{title}: points, green traversable, red not", parse_math=False)
+    left.set_title(f"{title}: points by their labels", parse_math=False)
     _draw_cells(right, cells, grid, alpha=0.9)
-    right.set_title("cells by the labels, white empty")
+    right.set_title("polar cells by their labels")
     for axes in (left, right):
-        axes.plot(0, 0, marker=(3, 0, -90), color="black", markersize=10)
-        axes.set_aspect("equal")
-        axes.set_xlim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
-        axes.set_ylim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
-        axes.set_xlabel("x, forward [m]")
-        axes.set_ylabel("y, left [m]")
+        _frame_robot(axes, grid)
+    handles = _state_legend(cells, 0.9)
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=10)
     return figure
 
 
@@ -177,6 +182,26 @@ def bands_figure(bands: Mapping[str, Mapping[str, float]]) -> Figure:
     axes.grid(axis="y", alpha=0.25)
     axes.legend()
     return figure
+
+
+def _frame_robot(axes: Axes, grid: PolarGrid) -> None:
+    """Draw the robot in the middle, and show the polar grid around it with equal scales."""
+    axes.plot(0, 0, marker=(3, 0, -90), color="black", markersize=10)
+    axes.set_aspect("equal")
+    axes.set_xlim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
+    axes.set_ylim(-grid.outer_radius * 1.05, grid.outer_radius * 1.05)
+    axes.set_xlabel("x, forward [m]")
+    axes.set_ylabel("y, left [m]")
+
+
+def _state_legend(cells: NDArray[np.uint8], alpha: float) -> list[Artist]:
+    """Return the legend of the states that cells have."""
+    there = np.unique(cells)
+    return [
+        Patch(facecolor=colour, edgecolor="#999999", alpha=alpha, label=_STATE_WORDS[state])
+        for state, colour in _STATE_COLOURS.items()
+        if state in there
+    ]
 
 
 def _draw_confusion(axes: Axes, counts: Mapping[str, int]) -> None:

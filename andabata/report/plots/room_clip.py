@@ -4,7 +4,6 @@ What moves in a room moves on its own in each drive, so that a panel with movers
 """
 
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from PIL import Image, ImageDraw
 
 from andabata.evaluation.room_drives import RoomAttempt
 from andabata.report.plots.drive_traces import COLOURS
+from andabata.report.plots.room_movers import MOVER_COLOUR, NO_MOVERS, Movers
 from andabata.report.plots.rooms import draw_room
 from andabata.tasks.terminations import Outcome
 from worlds.rooms.room import Room
@@ -32,18 +32,8 @@ _FRAMES = 80
 _STANDING = 8
 """Number of pictures at the end that show how the drives ended."""
 
-_MOVER = (120, 94, 160)
-"""Colour of what moves."""
-
 _FAILED = (209, 72, 63)
 """Colour of a robot that failed."""
-
-
-Movers = NDArray[np.float64]
-"""x, y and radius of each mover at each step of a drive [m], 0 for none, shape (steps, m, 3)."""
-
-NO_MOVERS: Mapping[str, Movers] = MappingProxyType({})
-"""Movers of drives in rooms where nothing moves."""
 
 
 def room_film(
@@ -117,7 +107,7 @@ def _draw_movers(pen: ImageDraw.ImageDraw, place: Place, movers: Movers) -> None
     """
     for x, y, radius in movers[movers[:, 2] > 0]:
         (column, row), size = place @ [x, y, 1.0], radius * place[0, 0]
-        pen.ellipse((column - size, row - size, column + size, row + size), fill=_MOVER)
+        pen.ellipse((column - size, row - size, column + size, row + size), fill=MOVER_COLOUR)
 
 
 def _draw_robot(

@@ -3,10 +3,12 @@
 They follow the figures of Zhang et al. (arXiv 2010.10209), whose numbers stand beside.
 """
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
@@ -21,6 +23,8 @@ from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.support_points import SupportPoints
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.mover_contact import Contact
+from andabata.report.class_colours import BLOCKED_COLOUR, FREE_COLOUR
+from andabata.report.plots.room_movers import NO_MOVERS, Movers, draw_tracks, track_legend
 from andabata.tasks.terminations import Outcome
 from worlds.rooms.movers import MoverPlan
 from worlds.rooms.room import Room
@@ -29,9 +33,9 @@ _SOLID = "#b9b4aa"
 _PATH = "#4f6d8f"
 
 _END_STYLES: dict[Outcome, dict[str, Any]] = {
-    Outcome.GOAL: {"marker": "o", "color": "#2f7d32", "label": "success"},
-    Outcome.COLLISION: {"marker": "x", "color": "#d1483f", "label": "crash"},
-    Outcome.TIMEOUT: {"marker": "^", "color": "#e08a1e", "label": "time-out"},
+    Outcome.GOAL: {"marker": "o", "color": FREE_COLOUR, "label": "goal reached"},
+    Outcome.COLLISION: {"marker": "x", "color": BLOCKED_COLOUR, "label": "crash"},
+    Outcome.TIMEOUT: {"marker": "^", "color": "#e69f00", "label": "time-out"},
 }
 """Markers and colours of ends (Fig. 7)."""
 
@@ -43,6 +47,9 @@ _HITS = (Contact.HIT, Contact.HIT_AT_REST)
 
 _MAY_APPEAR: dict[str, Any] = {"facecolor": "none", "edgecolor": "#d1483f", "linestyle": ":"}
 """Style of an obstacle that is not always there."""
+
+_ENTRY = 1.75
+"""Width of an entry of a legend [inches]."""
 
 _GOAL_MARKERS = ("o", "s", "^", "p")
 """Markers of the support points on the way to each goal (Fig. 6)."""
@@ -61,17 +68,24 @@ Moments = Sequence[tuple[RoomAttempt, Sequence[SupportPoints]]]
 
 
 def trajectories_figure(
-    drives: Mapping[tuple[str, str], Sequence[RoomAttempt]], rooms: Sequence[Room], title: str
+    drives: Mapping[tuple[str, str], Sequence[RoomAttempt]],
+    rooms: Sequence[Room],
+    title: str,
+    movers: Mapping[tuple[str, str], Movers] = NO_MOVERS,
 ) -> Figure:
     """Return paths and ends, a row a laser and a column a room (Fig. 7).
 
+    What moves in a room moves on its own in each drive: the movers of the first one are shown, and
+    its path is bold.
+
     Args:
-        drives: Drives by laser and room.
+        drives: Drives by laser, or by another text, and room.
         rooms: Rooms in the order of the columns.
         title: Title of the picture.
+        movers: Movers of the first drive by laser and room, where there are some.
     """
     lidars = list(dict.fromkeys(lidar for lidar, _ in drives))
-    size = (3.6 * len(rooms), 3.9 * len(lidars) + 0.7)
+    size = (max(3.6 * len(rooms), 4.4), 3.9 * len(lidars) + 0.7)
     figure = Figure(figsize=size, layout="constrained")
     places = figure.subplots(len(lidars), len(rooms), squeeze=False)
     for row, lidar in zip(places, lidars, strict=True):
@@ -80,11 +94,16 @@ def trajectories_figure(
             draw_room(axes, room)
             for one in room.appearances:
                 axes.add_patch(Circle(one.circle[:2], one.circle[2], **_MAY_APPEAR))
+            tracks = movers.get((lidar, room.name))
+            if tracks is not None:
+                draw_tracks(axes, tracks)
+                axes.plot(*mine[0].path[:, :2].T, color=_PATH, linewidth=2.4, zorder=2.6)
             _draw_drives(axes, mine)
             axes.set_title(f"{room.name}\n{lidar}: {_counts(mine)}", fontsize=9)
     figure.suptitle(title, fontsize=11)
     hits = any(drive.contact in _HITS for some in drives.values() for drive in some)
-    _end_legend(figure, hits=hits)
+    ends = {drive.outcome for some in drives.values() for drive in some}
+    _end_legend(figure, hits=hits, others=[track_legend()] if movers else (), ends=ends)
     return figure
 
 
@@ -109,7 +128,7 @@ def ends_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
                 cell = [r for r in rows if (r["room"], r["lidar"], r["memory"]) == key]
                 _draw_bar(axes, k, cell)
             axes.set_xticks(range(len(lidars)), labels, rotation=90, fontsize=8)
-            axes.set_title(f"{room}, {memory_text(memory)}", fontsize=9)
+            axes.set_title(f"{room}, {memory_words(memory)}", fontsize=9)
             axes.set_ylim(0, 1)
         line[0].set_ylabel("share of drives")
     figure.suptitle(title, fontsize=11)
@@ -220,8 +239,13 @@ def moment_of(drive: RoomAttempt, one: MoverPlan) -> int | None:
 
 
 def memory_text(memory: str) -> str:
-    """Return a memory in words."""
+    """Return a memory in a word or two, as results name it."""
     return {"map": "with map"}.get(memory, memory)
+
+
+def memory_words(memory: str) -> str:
+    """Return a memory in the words of a title."""
+    return {"map": "with the map", "reactive": "without a memory"}.get(memory, memory)
 
 
 def _lidar_text(lidar: str) -> str:
@@ -374,23 +398,42 @@ def _hits(row: Mapping[str, Any]) -> int:
     return int(row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0))
 
 
-def _end_legend(figure: Figure, bars: bool = False, hits: bool = False) -> None:
-    """Add the legend of ends below a figure, with that of hits by movers if there are some."""
-    styles = [*_END_STYLES.values(), *([_HIT_STYLE] if hits else [])]
+def _end_legend(
+    figure: Figure,
+    bars: bool = False,
+    hits: bool = False,
+    others: Sequence[Artist] = (),
+    ends: Collection[Outcome] = tuple(_END_STYLES),
+) -> None:
+    """Add the legend of ends below a figure.
+
+    Args:
+        figure: Figure.
+        bars: True if ends are bars.
+        hits: True if movers hit a robot.
+        others: More entries.
+        ends: Ends that are drawn.
+    """
+    styles = [style for outcome, style in _END_STYLES.items() if outcome in ends]
+    styles += [_HIT_STYLE] if hits else []
     handles: list[Any] = [
         Patch(color=style["color"], label=style["label"])
         if bars
         else Line2D([], [], linestyle="", **style)
         for style in styles
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(styles), fontsize=9)
+    handles += others
+    columns = min(max(int(figure.get_figwidth() / _ENTRY), 1), len(handles))
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=9)
 
 
 def _counts(drives: Sequence[RoomAttempt]) -> str:
     """Return how many drives ended how, in words."""
-    ends = [drive.outcome for drive in drives]
-    return ", ".join(
-        f"{ends.count(outcome)} {style['label']}"
-        for outcome, style in _END_STYLES.items()
-        if ends.count(outcome) or outcome is Outcome.GOAL
-    )
+    ends = Counter(drive.outcome for drive in drives)
+    others = ((Outcome.COLLISION, "crash", "crashes"), (Outcome.TIMEOUT, "time-out", "time-outs"))
+    texts = [
+        f"{ends[outcome]} {one if ends[outcome] == 1 else several}"
+        for outcome, one, several in others
+        if ends[outcome]
+    ]
+    return ", ".join([f"{ends[Outcome.GOAL]} of {len(drives)} goals reached", *texts])

@@ -1,7 +1,10 @@
 """Ranges in pictures: unknown sectors are drawn as unknown, never as free."""
 
+import io
+
 import numpy as np
 from matplotlib.figure import Figure
+from PIL import Image
 
 from andabata.report.plots.axes import draw_ranges, png, range_legend
 from traversability.grid import PolarGrid
@@ -27,9 +30,20 @@ def test_any_name_is_drawn():
     assert figure.axes[0].get_title() == "\ufffd 点"
 
 
-def test_the_legend_names_ranges_and_unknown_sectors():
-    """The legend has ranges and unknown sectors."""
-    assert [entry.get_label() for entry in range_legend()] == [
-        "range of the virtual scan",
-        "unknown: no cell could be classified",
-    ]
+def test_the_legend_names_what_is_drawn():
+    """Ranges, and unknown sectors, where there are some."""
+    known, unknown = "virtual scan: free up to here", "unknown sector: no cell could be classified"
+    for ranges, texts in (
+        ([1.0, np.inf], [known]),
+        ([1.0, np.nan], [known, unknown]),
+        ([np.nan, np.nan], [unknown]),
+    ):
+        entries = range_legend(np.array(ranges, dtype=np.float32))
+        assert [entry.get_label() for entry in entries] == texts
+
+
+def test_a_picture_has_the_resolution_that_is_asked_for():
+    """Pixels are inches times the resolution."""
+    for dpi in (80, 150):
+        with Image.open(io.BytesIO(png(Figure(figsize=(2, 1)), dpi))) as picture:
+            assert picture.size == (2 * dpi, dpi)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import Circle
 
 from andabata.machine.pose import Pose
@@ -45,6 +46,46 @@ def test_forbidden_ground_lies_where_the_truth_has_it(world):
     shown = image.get_array()
     np.testing.assert_array_equal(shown.data, world.truth.reason.T)
     np.testing.assert_array_equal(shown.mask, world.truth.reason.T == drives.Reason.FREE)
+
+
+def test_the_legend_of_a_world_is_what_is_drawn_and_nothing_is_cut(world):
+    """Reasons that are there, starts and goals, and walkers where there are some."""
+    figure = drives.world_figure(replace(world, movers=(walker((1.0, 2.0)),)))
+    there = [drives.Reason(value) for value in np.unique(world.truth.reason)]
+    words = [drives._REASON_WORDS[each] for each in there if each is not drives.Reason.FREE]
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts == [*words, "start", "goal", "walker"]
+    FigureCanvasAgg(figure).draw()
+    above, aslant = figure.axes
+    shown = (above.title, above.xaxis.label, above.yaxis.label, aslant.title, *figure.legends)
+    for text in shown:
+        box = text.get_window_extent()
+        assert min(box.x0, box.y0) >= 0
+        assert box.x1 <= figure.bbox.x1
+        assert box.y1 <= figure.bbox.y1
+
+
+def test_a_panorama_shows_the_whole_world(world):
+    """Each edge of the picture is paper, and a third of it is the world."""
+    picture = drives.panorama(world, (180, 148))
+    assert picture.shape == (148, 180, 3)
+    rim = np.concatenate([picture[0], picture[-1], picture[:, 0], picture[:, -1]])
+    assert (rim == 255).all()
+    assert (picture != 255).any(axis=2).mean() > 0.33
+
+
+def test_the_legend_of_a_drive_has_the_reasons_in_view():
+    """A solid object far from the drive is not named."""
+    world = make_world("maze", 1, None)
+    reason = np.full_like(world.truth.reason, drives.Reason.FREE)
+    reason[-4:, -4:], reason[reason.shape[0] // 2, reason.shape[1] // 2] = (
+        drives.Reason.SOLID,
+        drives.Reason.LOW,
+    )
+    world = replace(world, truth=replace(world.truth, reason=reason))
+    figure = drives.drive_figure(world, np.zeros((2, 3)), [(1.0, 1.0)], "title")
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts == [drives._REASON_WORDS[drives.Reason.LOW]]
 
 
 def test_a_drive_shows_the_ways_of_walkers(world):

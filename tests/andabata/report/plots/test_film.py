@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -20,6 +21,27 @@ def test_a_gif_holds_the_pictures_at_their_rate():
     """Four pictures, a tenth of a second each."""
     moving = Image.open(io.BytesIO(film(PICTURES, 10.0, ".gif")))
     assert (moving.n_frames, moving.size, moving.info["duration"]) == (4, (31, 20), 100)
+
+
+def test_the_end_png_makes_a_picture_of_the_last_moment():
+    """It has the last picture's pixels."""
+    check_film(Path("a.png"))
+    found = Image.open(io.BytesIO(film(PICTURES, 10.0, ".png")))
+    assert found.format == "PNG"
+    assert (np.asarray(found) == np.asarray(PICTURES[-1])).all()
+
+
+def test_a_gif_keeps_the_colours_of_a_legend():
+    """However rare they are, and in pictures that come later."""
+    rng = np.random.default_rng(0)
+    pictures = [Image.fromarray(rng.integers(0, 90, (60, 80, 3), dtype=np.uint8)) for _ in "abcd"]
+    kept = [(208, 0, 111), (0, 71, 200)]
+    for number, colour in enumerate(kept):
+        pictures[2 + number].putpixel((5, 7), colour)
+    moving = Image.open(io.BytesIO(film(pictures, 10.0, ".gif", kept)))
+    for number, colour in enumerate(kept):
+        moving.seek(2 + number)
+        assert moving.convert("RGB").getpixel((5, 7)) == colour
 
 
 def test_an_mp4_is_made_where_there_is_ffmpeg():
@@ -43,7 +65,7 @@ def test_without_ffmpeg_the_error_says_what_to_install(no_ffmpeg):
     check_film(Path("a.gif"))
     with pytest.raises(FilmError, match=r"pip install -e '\.\[mp4\]'.*apt install ffmpeg"):
         check_film(Path("a.mp4"))
-    with pytest.raises(FilmError, match=r"ends in \.gif or \.mp4, got a\.avi"):
+    with pytest.raises(FilmError, match=r"ends in \.gif or \.mp4, or in .* got a\.avi"):
         check_film(Path("a.avi"))
 
 

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
@@ -18,7 +19,7 @@ def test_cells_are_drawn_in_their_sector_ring_and_colour():
     cells[1, 2] = CellState.NON_TRAVERSABLE
     axes = Figure().add_subplot()
     perception._draw_cells(axes, cells, grid, 1.0)
-    empty, free, blocked = axes.collections
+    free, blocked, empty = axes.collections
     assert (len(empty.get_paths()), len(free.get_paths())) == (4 * grid.n_rings - 1, 0)
     (path,) = blocked.get_paths()
     edges = grid.ring_edges
@@ -61,3 +62,28 @@ def test_a_scan_shows_points_near_and_low():
     )
     left = figure.axes[0]
     np.testing.assert_allclose(left.collections[0].get_offsets(), [[1, 2]])
+
+
+def test_the_legend_of_a_scan_has_the_states_that_are_there():
+    """In the glossary's words: free, blocked, unknown; no title or legend is cut."""
+    grid = PolarGrid(n_sectors=4)
+    cells = np.full((4, grid.n_rings), CellState.TRAVERSABLE, dtype=np.uint8)
+    cells[1, 2] = CellState.NON_TRAVERSABLE
+    ranges = np.array([np.inf, 3.0, np.inf, np.inf], dtype=np.float32)
+    cloud = SimpleNamespace(points=np.zeros((1, 3), dtype=np.float32))
+    for state, more in (
+        (CellState.TRAVERSABLE, []),
+        (CellState.EMPTY, ["unknown: too few points"]),
+    ):
+        cells[2] = state
+        scan = SimpleNamespace(ranges=ranges)
+        scanned = SimpleNamespace(cloud=cloud, grid=grid, cells=cells, scan=scan)
+        figure = perception.scan_figure(scanned, "cloud.npz")
+        texts = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert texts == ["free", "blocked", *more, "virtual scan: free up to here"]
+    FigureCanvasAgg(figure).draw()
+    for text in [*figure.legends, *(each.title for each in figure.axes)]:
+        box = text.get_window_extent()
+        assert min(box.x0, box.y0) >= 0
+        assert box.x1 <= figure.bbox.x1
+        assert box.y1 <= figure.bbox.y1

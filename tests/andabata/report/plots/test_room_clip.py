@@ -58,7 +58,7 @@ def test_movers_are_where_they_are_at_each_step_and_one_robot_is_among_them():
     _, places = room_clip._panels(["reactive"], ROOM)
     for step in (0, 20):
         pixels = np.asarray(pictures[step]).astype(int)
-        there = np.argwhere((np.abs(pixels - room_clip._MOVER) < 3).all(axis=2))
+        there = np.argwhere((np.abs(pixels - np.array([120, 94, 160])) < 3).all(axis=2))
         x, y = places[0] @ [movers[step, 0, 0], 1.5, 1.0]
         np.testing.assert_allclose(there.mean(axis=0), [y, x], atol=1.0)
     assert reddest(pictures[-1]) is None

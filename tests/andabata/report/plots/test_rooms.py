@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
+from matplotlib.patches import Circle
 
 from andabata.evaluation.room_drives import room_attempt
 from andabata.evaluation.support_points import SupportPoints
@@ -40,10 +42,10 @@ def test_paths_end_with_the_markers_of_the_paper():
     first, second = figure.axes
     for colour, y in ((GREEN, 0.0), (RED, 1.0), (ORANGE, 2.0)):
         np.testing.assert_allclose(markers(first, colour), [[0.0, y]], atol=1e-12)
-    assert first.get_title() == f"{ROOM.name}\na: 1 success, 1 crash, 1 time-out"
-    assert second.get_title() == f"{ROOM.name}\nb: 2 success"
+    assert first.get_title() == f"{ROOM.name}\na: 1 of 3 goals reached, 1 crash, 1 time-out"
+    assert second.get_title() == f"{ROOM.name}\nb: 2 of 2 goals reached"
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend == ["success", "crash", "time-out"]
+    assert legend == ["goal reached", "crash", "time-out"]
 
 
 def test_hits_by_movers_have_a_marker_and_a_bar_of_their_own():
@@ -59,6 +61,37 @@ def test_hits_by_movers_have_a_marker_and_a_bar_of_their_own():
     assert bars == pytest.approx({GREEN: 0.4, RED: 0.2, purple: 0.3, ORANGE: 0.1})
     for each in (figure, ends):
         assert "hit by a mover" in [text.get_text() for text in each.legends[0].get_texts()]
+
+
+def test_movers_of_the_first_drive_are_shown_with_its_path_in_bold():
+    """The legend names them where there are some, and only there."""
+    movers = np.tile([1.0, 2.0, 0.3], (11, 1, 1))
+    cells = {("a", ROOM.name): [drive(), drive(y=1.0)], ("b", ROOM.name): [drive()]}
+    figure = rooms.trajectories_figure(cells, [ROOM], "title", {("a", ROOM.name): movers})
+    first, second = figure.axes
+    assert ((1.0, 2.0), 0.3) in [
+        (each.center, each.radius) for each in first.patches if isinstance(each, Circle)
+    ]
+    (bold,) = [each for each in first.lines if each.get_linewidth() > 2]
+    np.testing.assert_array_equal(bold.get_ydata(), drive().path[:, 1])
+    assert not [each for each in second.lines if each.get_linewidth() > 2]
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts == ["goal reached", rooms.track_legend().get_label()]
+
+
+def test_titles_and_legends_lie_inside_the_figure():
+    """No text is cut, whatever is drawn."""
+    hits = [drive(), drive(Outcome.TIMEOUT), replace(drive(), contact=Contact.HIT)]
+    movers = {("laser of its training", ROOM.name): np.tile([1.0, 2.0, 0.3], (11, 1, 1))}
+    cells = {("laser of its training", ROOM.name): hits}
+    figure = rooms.trajectories_figure(cells, [ROOM], "policy shipped, without a memory", movers)
+    FigureCanvasAgg(figure).draw()
+    for text in [*figure.texts, *figure.legends, *(each.title for each in figure.axes)]:
+        box = text.get_window_extent()
+        assert box.x0 >= 0
+        assert box.x1 <= figure.bbox.x1
+        assert box.y0 >= 0
+        assert box.y1 <= figure.bbox.y1
 
 
 def test_rooms_are_drawn_in_metres():
@@ -110,7 +143,7 @@ def test_bars_are_the_shares_of_ends():
     bottoms = [patch.get_y() for patch in reactive.patches]
     np.testing.assert_allclose(bottoms, [0, 0.8, 0.95, 0, 0, 1.0])
     assert [text.get_text() for text in reactive.texts] == ["80 %", "0 %"]
-    assert (reactive.get_title(), mapped.get_title()) == ("r, reactive", "r, with map")
+    assert (reactive.get_title(), mapped.get_title()) == ("r, without a memory", "r, with the map")
     labels = [text.get_text() for text in mapped.get_xticklabels()]
     assert labels == ["ten-beams\n180|20|10|0", "180|1|5|0"]
 

@@ -1,0 +1,1 @@
+"""Pictures of worlds and robots in perspective, by rays and a depth buffer, without a screen."""

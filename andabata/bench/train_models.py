@@ -35,10 +35,9 @@ _VARIED = tuple(
     )
     for word in ("--set", setting)
 )
-_EVERYWHERE = (
+_MEADOWS = (
     "--set",
-    'presets=["forest", "hill", "lake", "park", "natural", "hollow", "maze", "meadow", "meadow", '
-    '"terraced"]',
+    'presets=["forest", "hill", "lake", "park", "natural", "hollow", "maze", "meadow", "meadow"]',
 )
 _PLAIN = ("--set", 'presets=["plain", "meadow"]', "--set", "reach=20", "--set", "close=0")
 
@@ -59,7 +58,7 @@ def data_sets() -> dict[str, list[str]]:
     found["c6"] = _options(114, 1200, 84, *stony)
     found["c7"] = _options(115, 1200, 84, *terraced)
     for name, first, counts, more in (
-        ("d", 120, (360, 48), _EVERYWHERE),
+        ("d", 120, (360, 48), _MEADOWS),
         ("e", 140, (120, 24), _PLAIN),
     ):
         sets = {

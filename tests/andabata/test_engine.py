@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from andabata.engine import SerialEngine, answer
-from andabata.engine_origin import here
+from andabata.engine_origin import OriginError, here
 from andabata.engine_processes import ProcessEngine
 from tests.support import engine_laws as laws
 
@@ -51,3 +51,12 @@ def test_workers_of_other_machines_are_told_once():
     assert len(told) == 2
     assert told[0].startswith("results from node-7: another, commit")
     assert "node-7 has another processor" in told[1]
+
+
+def test_a_worker_of_other_code_runs_nothing():
+    """The origin is checked before the work begins."""
+    ran = []
+    with pytest.raises(OriginError):
+        answer(replace(here(), sources="0" * 64), ran.append, 1)
+    assert not ran
+    assert answer(here(), lambda number: number + 1, 1).result == 2

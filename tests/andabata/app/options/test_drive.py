@@ -19,6 +19,7 @@ def test_a_recording_is_written_where_a_file_is_given():
 def test_a_moving_picture_is_checked_before_the_drive():
     """A format that cannot be written is an error of usage."""
     assert ClipOptions().checked() is None
-    assert ClipOptions(Path("a.gif")).checked() == Path("a.gif")
+    for name in ("a.gif", "a.png"):
+        assert ClipOptions(Path(name)).checked() == Path(name)
     with pytest.raises(UsageError, match="--clip: expected a file that ends in"):
-        ClipOptions(Path("a.png")).checked()
+        ClipOptions(Path("a.jpg")).checked()

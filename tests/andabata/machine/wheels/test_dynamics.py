@@ -34,6 +34,17 @@ def test_it_falls_freely(vehicle):
     assert np.linalg.norm(state.quaternion) == pytest.approx(1.0)
 
 
+def test_what_speeds_wheels_up_turns_the_body_back(vehicle):
+    """In the air the momentum of wheels and body about the axles stays nought."""
+    state, body = vehicle._state, vehicle._body
+    state.place[2] += 5.0
+    vehicle.drive(WheelSpeeds(3.0, 3.0), 20)
+    left = Rotation.from_quat(state.quaternion).apply([0.0, 1.0, 0.0])
+    wheels = body.tyres.inertia * state.speeds.sum()
+    assert wheels > 0
+    assert state.momentum @ left == pytest.approx(-wheels, rel=1e-6)
+
+
 def mechanical_energy(vehicle):
     """Return kinetic energy, potential energy and that of the tyres' springs at most [J]."""
     state, body = vehicle._state, vehicle._body

@@ -136,6 +136,14 @@ def test_contact_ends_a_drive():
     assert (inside.outcome, inside.time, len(inside.path)) == (Outcome.COLLISION, 0.0, 1)
 
 
+def test_contact_at_the_goal_is_no_arrival():
+    """The period that touches a circle also comes within the goal's radius."""
+    touched = room([(1.0, 11.4, 0.1)])
+    result = drive_to_goal(Steady(2.0), robot(touched), UP, DriveRules())
+    assert result.left < DriveRules().goal_radius
+    assert result.outcome is Outcome.COLLISION
+
+
 def test_time_is_up_by_the_clock_and_without_one():
     """Turning on the way past the goal, and never leaving the start."""
     rules = DriveRules(time_limit=3.0)

@@ -44,10 +44,7 @@ _PLAIN = ("--set", 'presets=["plain", "meadow"]', "--set", "reach=20", "--set", 
 
 def data_sets() -> dict[str, list[str]]:
     """Return the options of each data set by name, in the order in which they are trained on."""
-    stony, terraced = (
-        ("--set", "varied=0.6", "--set", f'presets=["{preset}"]')
-        for preset in ("stony", "terraced")
-    )
+    stony = ("--set", "varied=0.6", "--set", 'presets=["stony"]')
     found = {
         "c0": _options(100, 2000, 320, "--set", "varied=0.5"),
         "c2": _options(105, 800, 24, *_THIN, "--set", "kept=[0.15, 0.6]"),
@@ -56,7 +53,6 @@ def data_sets() -> dict[str, list[str]]:
     for k, laser in enumerate(("os1-64", "vlp-16", "livox-rosette")):
         found[f"c{3 + k}"] = _options(111 + k, 360, 96, "--sensor", laser, "--set", "varied=0.8")
     found["c6"] = _options(114, 1200, 84, *stony)
-    found["c7"] = _options(115, 1200, 84, *terraced)
     for name, first, counts, more in (
         ("d", 120, (360, 48), _MEADOWS),
         ("e", 140, (120, 24), _PLAIN),

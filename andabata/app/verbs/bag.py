@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options.shared import ConsoleOptions, ModelOptions
 from andabata.app.options.recording import RecordedRobot, RecordingOptions
+from andabata.app.options.shared import ConsoleOptions, ModelOptions
 
 app = typer.Typer(
     help="Recordings, without ROS: info, replay, salvage, export, layout.", no_args_is_help=True

@@ -7,13 +7,13 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.recording import RecordedRobot, RecordingOptions
 from andabata.app.options.shared import (
     ConsoleOptions,
     ForestOptions,
     Seed,
     SettingsOptions,
 )
-from andabata.app.options.recording import RecordedRobot, RecordingOptions
 
 app = typer.Typer(
     help="The classifiers: train, adapt, evaluate, ground, export.", no_args_is_help=True

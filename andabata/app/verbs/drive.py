@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.drive import ClipOptions, Controller, Goals, RecordOptions
 from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
@@ -13,7 +14,6 @@ from andabata.app.options.shared import (
     RobotOptions,
     SettingsOptions,
 )
-from andabata.app.options.drive import ClipOptions, Controller, Goals, RecordOptions
 from andabata.app.options.view import DriveViewOptions
 from worlds.splits import DEVELOPMENT_SEED
 

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options.shared import ConsoleOptions, ForestOptions
 from andabata.app.options.scan import CloudOptions, ScanOptions
+from andabata.app.options.shared import ConsoleOptions, ForestOptions
 
 
 @command

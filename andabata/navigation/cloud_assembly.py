@@ -39,8 +39,8 @@ class CloudAssemblyConfig(BaseModel):
         body_radius: Distance from the vertical axis within which returns are the robot's body [m].
         blind_deg: Bearings from the laser's own heading, from one to the other counter-clockwise,
             that a mast or a load hides: returns there are dropped [deg].
-        stale: Age from which a cloud is no ground to drive on [s]: one and a half times what the
-            paper's laser takes for a cloud (assumption).
+        stale: Age from which the robot no longer drives by a cloud [s]: one and a half times what
+            the paper's laser takes for a cloud (assumption).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -13,7 +13,7 @@ from traversability.virtual_scan import VirtualScan
 
 
 class Perception(Protocol):
-    """Shows how far it is free around the robot."""
+    """Estimates the free distance around the robot."""
 
     @property
     def layers(self) -> CartesianLayers | None:

@@ -220,4 +220,4 @@ def _cause(progress: StageProgress) -> str:
                 f"{worst} costs {-terms[worst]:.2f} a step, more than {best} earns "
                 f"({terms[best]:+.2f}); lower its weight, or begin with easier worlds"
             )
-    return "a time-out costs as good as nothing; give steps a cost, or weigh progress more"
+    return "a time-out costs next to nothing; give steps a cost, or weigh progress more"

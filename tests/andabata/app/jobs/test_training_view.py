@@ -90,7 +90,7 @@ def test_a_stage_that_ends_early_counts_as_a_whole():
         ({"circling": 0.3}, ["30% of the last episodes circle: repulsion costs 1.00 a step"]),
         (
             {"circling": 0.3, "terms": {"progress": 10.0, "step": -1.0}},
-            ["30% of the last episodes circle: a time-out costs as good as nothing"],
+            ["30% of the last episodes circle: a time-out costs next to nothing"],
         ),
         (
             {"outcomes": {"timeout": 20, "goal": 5}},

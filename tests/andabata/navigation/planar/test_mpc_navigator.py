@@ -1,4 +1,4 @@
-"""Navigator for flat ground at speed: arrives among posts with dynamics that nobody told it."""
+"""Navigator for flat ground at speed: arrives among posts with unknown dynamics."""
 
 import math
 

@@ -33,7 +33,7 @@ class Attempt(Generic[Detail]):
         time: Duration by the clock of the rules [s].
         distance: Distance driven [m]; NaN where a record does not keep it.
         shortest: Length of the shortest safe path [m]; NaN where none is known.
-        detail: What the kind of evaluation measures beyond that.
+        detail: Further measures of the kind of evaluation.
         path: Positions or poses, one a control step, float64, shape (k, 3): x, y, z [m], or x, y
             [m] and yaw [rad] on flat ground; without rows where a record does not keep them. Two
             attempts are equal whatever their paths.

@@ -35,7 +35,7 @@ class Comparison(Protocol[Cell]):
     """A kind of evaluation with its settings; processes import it with all that it needs to drive.
 
     Attributes:
-        unit: What a cell is called, in the plural.
+        unit: Name of the cells, in the plural.
         journal: Name of the journal's file in the folder of a run.
     """
 
@@ -82,7 +82,7 @@ def run_comparison(
     ends as one that was not.
 
     Args:
-        comparison: What is driven.
+        comparison: Comparison that is driven.
         engine: Engine that runs the cells, on which the result does not depend; None for this
             process.
         folder: Folder for the journal and the files of the cells, None for none. The files of a

@@ -39,7 +39,7 @@ class RoomMeasures:
         task: Start and goal.
         steps: Number of control steps.
         lidar: Name or label of the laser, for comparisons.
-        memory: What the policy heads for, for comparisons; see ``RoomEvaluationConfig``.
+        memory: Name of what the policy heads for; see ``RoomEvaluationConfig``.
         oracle_steps: Fewest control steps of an oracle, whatever moves; None where it has no way,
             or was not asked.
     """

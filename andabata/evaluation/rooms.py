@@ -321,7 +321,7 @@ def tabulate(
     """Return the table of attempts beside those of oracles.
 
     Args:
-        comparison: What was driven.
+        comparison: Comparison that was driven.
         policies: Policies by name.
         attempts: Attempts of all cells.
         engine: Engine that asks the oracles; None for this process.

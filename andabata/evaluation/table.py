@@ -78,7 +78,7 @@ class Sample:
 
     Attributes:
         attempts: Attempts in their order.
-        design: What is counted.
+        design: Design of the evaluation: its clusters and repeats.
         of: Attempts whose clusters count, where they are more than those of ``attempts``: a trial
             that failed before its second goal has not reached it.
     """
@@ -156,7 +156,7 @@ def share(test: Test = is_success, name: str = "success_rate", ends: str = "succ
     """Return columns of a share of all attempts, with Wilson's interval over the clusters.
 
     Args:
-        test: What is counted.
+        test: Condition of an attempt that counts.
         name: Name of the share.
         ends: Names of the ends of the interval, before ``_low`` and ``_high``.
     """
@@ -274,7 +274,7 @@ class Table:
 
     Attributes:
         by: Key of a row.
-        design: What is counted.
+        design: Design of the evaluation: its clusters and repeats.
         columns: Columns of a row, in their order.
         comparators: Columns of a difference from the first row, in their order.
         within: Key of the rows whose differences are taken: each from the first with the same key.

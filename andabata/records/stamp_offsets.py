@@ -76,7 +76,7 @@ def yaw_lag(one: Rows, other: Rows) -> Lag | None:
 
     Args:
         one: Stamp [s] and yaw angle in any unit, unwrapped, in order of time, shape (k, 2).
-        other: The same of the other sensor, shape (j, 2).
+        other: Stamp and yaw angle of the other sensor, shape (j, 2).
     """
     begin, end = (pick(one[at, 0], other[at, 0]) for pick, at in ((max, 0), (min, -1)))
     margin = _HALF_WINDOW + _MAX_LAG

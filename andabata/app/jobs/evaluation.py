@@ -29,9 +29,9 @@ class Evaluation:
         verb: Command.
         config: Settings of the command.
         seed: Seed of the command.
-        comparison: What is driven.
+        comparison: Comparison that is driven.
         tabulate: Function that gives the tables.
-        about: What ``run.json`` says beside the settings, ready for JSON.
+        about: Entries of ``run.json`` beside the settings, ready for JSON.
         files: Bytes of files that the folder keeps beside the result, by their paths in it.
     """
 
@@ -50,7 +50,7 @@ def run_evaluation(
     """Run an evaluation and return its tables and settings, ready for JSON.
 
     Args:
-        evaluation: What is run.
+        evaluation: Evaluation to run.
         engine: Engine that does the work.
         folder: Folder for the journal, the files of the drives and the results, or None. An
             evaluation that was killed goes on from the journal.

@@ -42,7 +42,7 @@ class Step:
 
     Attributes:
         name: Name of the step.
-        text: What the step does, in lines.
+        text: Description of the step, in lines.
         module: Module that does it.
         column: Column of the box, from the left.
         row: Row of the box, from the top.

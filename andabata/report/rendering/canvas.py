@@ -182,7 +182,7 @@ def draw_lines(
         colours: Colour of each pixel, changed in place, shape (height, width, 3).
         depths: Depth of each pixel [m], changed in place, shape (height, width).
         begins: Column, row [pixels] and depth [m], NaN for none, shape (n, 3).
-        ends: The same of the other end, shape (n, 3).
+        ends: Column, row and depth of the other end, shape (n, 3).
         radii: Half of the width at either end [pixels], shape (n, 2).
         rgb: Colours of the lines, shape (n, 3).
     """

@@ -70,7 +70,7 @@ class Plants:
         tips: Tips of blades [m], shape (m, 3).
         blade_colours: Colours of blades, shape (m, 3).
         leaf_ranks: Uniform draws, by which clusters are left out, shape (n,).
-        blade_ranks: The same of blades, shape (m,).
+        blade_ranks: Uniform draws of the blades, shape (m,).
     """
 
     leaves: NDArray[np.float32]

@@ -180,7 +180,7 @@ def drive_barn_run(
 ) -> BarnAttempt:
     """Return one run; see ``drive_path`` for the arguments."""
     result = drive_path(config, world, name, controller, trial)
-    measures = BarnMeasures(world.optimal_time, result.left, result.speed)
+    measures = BarnMeasures(world.optimal_time, result.goal_distance, result.speed)
     return Attempt(
         contender=controller,
         scenario=name,

@@ -8,7 +8,7 @@ from typing import Any
 from rich.console import RenderableType
 
 from andabata.app.console import Console
-from andabata.app.options.shared import ClassifierOptions
+from andabata.app.options.models import ClassifierOptions
 from andabata.app.run_kinds import RUN_KINDS, RunKind, known_kind
 from andabata.configuration.usage import UsageError
 from andabata.report.about import add_about

@@ -191,15 +191,15 @@ def _near(
         reaches: Radius around each [m], shape (m,).
         circles: x, y, radius [m], shape (c, 3).
     """
-    found = np.zeros(len(circles), dtype=np.bool_)
+    is_near = np.zeros(len(circles), dtype=np.bool_)
     for c in range(len(circles)):
         for m in range(len(places)):
             dx, dy = places[m, 0] - circles[c, 0], places[m, 1] - circles[c, 1]
             reach = reaches[m] + circles[c, 2]
             if dx * dx + dy * dy < reach * reach:
-                found[c] = True
+                is_near[c] = True
                 break
-    return found
+    return is_near
 
 
 @kernel

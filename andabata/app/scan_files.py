@@ -88,26 +88,26 @@ def scan_files(
         OSError: If the only file cannot be opened.
     """
     page = Report("Clouds and their virtual scans")
-    found: list[dict[str, Any]] = []
+    results: list[dict[str, Any]] = []
     for file in files:
         try:
             data, drawn = scan_file(source.read(file), file.name, config, forest, source.labels)
         except (ValueError, OSError) as error:
             if len(files) == 1:
                 raise
-            found.append({"file": str(file), "error": " ".join(str(error).split())})
-            on_note(f"error: {found[-1]['error']}")
+            results.append({"file": str(file), "error": " ".join(str(error).split())})
+            on_note(f"error: {results[-1]['error']}")
             continue
         path = picture or Path(f"{file.stem}_scan.png")
         atomic_io.write(path, png(drawn))
-        found.append({"file": str(file), **data, "picture": str(path)})
+        results.append({"file": str(file), **data, "picture": str(path)})
         for note in data["notes"]:
             on_note(f"note: {file.name}: {note}")
         page.section(file.name, " ".join([scan_text(data), *data["notes"]]))
         page.figure(drawn, f"scan-{file.stem}", "Points, cells and ranges")
     if report is not None:
         atomic_io.write(report, page.to_bytes())
-    return found
+    return results
 
 
 def scan_file(
@@ -142,12 +142,12 @@ def _origin(decoded: DecodedCloud, sensor_at: Position | None) -> Origin:
     return Origin(metric, decoded.rotation, *decoded.units.metres, viewpoint)
 
 
-def exit_code(found: Sequence[Mapping[str, Any]]) -> int:
+def exit_code(results: Sequence[Mapping[str, Any]]) -> int:
     """Return 1 if no cell of any cloud was classified, 3 if some data were left out, else 0."""
-    failed = ["error" in each or not _is_classified(each) for each in found]
+    failed = ["error" in each or not _is_classified(each) for each in results]
     if all(failed):
         return 1
-    return 3 if any(failed) or any(each.get("data_lost") for each in found) else 0
+    return 3 if any(failed) or any(each.get("data_lost") for each in results) else 0
 
 
 def _is_classified(data: Mapping[str, Any]) -> bool:

@@ -77,8 +77,8 @@ class Sources:
     @property
     def contradiction(self) -> str | None:
         """Size of the difference in words where the sources contradict each other, else None."""
-        found = self.difference
-        return None if found is None or not found.share > 1 else found.text
+        difference = self.difference
+        return None if difference is None or not difference.share > 1 else difference.text
 
     @property
     def names(self) -> str:

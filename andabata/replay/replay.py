@@ -264,8 +264,8 @@ class BagReplay:
             "remark_texts": self._remarks.texts,
             **datum,
         }
-        found = left_out(data, drive.message_counts, drive.skipped_pieces)
-        return data | {"left_out": [*found, *self._unreadable()]}
+        sentences = left_out(data, drive.message_counts, drive.skipped_pieces)
+        return data | {"left_out": [*sentences, *self._unreadable()]}
 
     def _unreadable(self) -> list[str]:
         """Return which messages of the sensors' topics could not be read, in words."""

@@ -38,17 +38,17 @@ def diagnose(scanned: Scanned, config: ScanConfig, origin: Origin | None = None)
         origin: History of the cloud before the scan; None for a cloud in metres.
     """
     origin = origin or Origin()
-    found = _explained(scanned, config, origin)
-    found = found or _far_remarks(scanned) or _empty_remarks(scanned, config, origin)
-    if not found:
+    doubts = _explained(scanned, config, origin)
+    doubts = doubts or _far_remarks(scanned) or _empty_remarks(scanned, config, origin)
+    if not doubts:
         # Ground that is not in its place looks like a body over it.
-        found = _ground_remarks(scanned, config, origin) or _own_body_remarks(scanned, config)
+        doubts = _ground_remarks(scanned, config, origin) or _own_body_remarks(scanned, config)
         if scanned.ground is None:
-            found.append("too few points within 5 m to find the ground; is it the right cloud?")
+            doubts.append("too few points within 5 m to find the ground; is it the right cloud?")
     unknown = np.isnan(scanned.scan.ranges)
     if unknown.mean() > 0.5 and not unknown.all():
-        found.append("most sectors hold no classified cell: their ranges are unknown, not free")
-    return found
+        doubts.append("most sectors hold no classified cell: their ranges are unknown, not free")
+    return doubts
 
 
 def _explained(scanned: Scanned, config: ScanConfig, origin: Origin) -> list[str]:

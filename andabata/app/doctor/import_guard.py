@@ -87,7 +87,7 @@ def check_origins() -> dict[str, str]:
         OriginError: If a sibling is missing or is not beside ``andabata``. The names are generic,
             and pip installs two distributions of one name over each other without a word.
     """
-    found = {_OURS: str(HOME / _OURS)}
+    folders = {_OURS: str(HOME / _OURS)}
     for name in SIBLINGS:
         spec = find_spec(name)
         origin = Path(spec.origin).resolve().parent if spec is not None and spec.origin else None
@@ -95,8 +95,8 @@ def check_origins() -> dict[str, str]:
             raise OriginError(
                 f"package {name}: expected {HOME / name}, got {origin}; {_way_out(name, origin)}"
             )
-        found[name] = str(origin)
-    return found
+        folders[name] = str(origin)
+    return folders
 
 
 def other_claims(path: list[str] | None = None) -> list[Claim]:

@@ -104,7 +104,7 @@ class FrameSources:
     @property
     def remarks(self) -> list[str]:
         """Remarks on updates, on frames with several sources and on ignored ones, a line each."""
-        found = list(self._updates)
+        lines = list(self._updates)
         shared: dict[str, list[str]] = {}
         for child, poses in self._poses.items():
             names = " and ".join(sorted(poses.sources.counts))
@@ -114,10 +114,10 @@ class FrameSources:
             elif poses.sources.is_shared:
                 text = f"come from {names}, which agree within {_AGREEMENT}"
                 shared.setdefault(text, []).append(child)
-        found += [f"frames that {text}: {_listed(names)}" for text, names in shared.items()]
+        lines += [f"frames that {text}: {_listed(names)}" for text, names in shared.items()]
         if self._selves:
-            found.append(f"transforms of a frame to itself are ignored: {_listed(self._selves)}")
-        return found
+            lines.append(f"transforms of a frame to itself are ignored: {_listed(self._selves)}")
+        return lines
 
 
 def returning_text(parent: str, one: Sequence[float], other: Sequence[float]) -> str:

@@ -17,7 +17,7 @@ from worlds.rooms.mover_motion import Movers, Schedules, advance, come_and_go, p
 from worlds.walkers import solids_room
 from worlds.world import World
 
-Ground = tuple[NDArray[np.float32], float]
+HeightGrid = tuple[NDArray[np.float32], float]
 """Heights of the ground's nodes [m], shape (nx, ny), and the distance of two nodes [m]."""
 
 _WALKER = int(SemanticClass.WALKER)
@@ -209,7 +209,7 @@ def _walk(
     circles: NDArray[np.float64],
     edges: NDArray[np.float64],
     dt: float,
-    ground: Ground,
+    ground: HeightGrid,
     rows: Movers,
     feet: NDArray[np.float64],
     begin: int,
@@ -235,7 +235,9 @@ def _walk(
 
 
 @kernel
-def _keep(state: Movers, ground: Ground, rows: Movers, feet: NDArray[np.float64], row: int) -> None:
+def _keep(
+    state: Movers, ground: HeightGrid, rows: Movers, feet: NDArray[np.float64], row: int
+) -> None:
     """Write the present state into a row, and the height of the ground under each walker."""
     heights, cell = ground
     n, m = heights.shape

@@ -16,7 +16,7 @@ from andabata.report.plots.axes import png
 from andabata.report.plots.perception import scan_figure
 from andabata.runs import atomic_io
 from andabata.scanning.diagnosis import diagnose
-from andabata.scanning.explanations import Origin
+from andabata.scanning.explanations import CloudOrigin
 from andabata.scanning.origin import Position, from_the_sensor
 from andabata.scanning.scan import ScanConfig, scan_cloud, scan_result
 from traversability.class_table import ClassTable
@@ -135,11 +135,11 @@ def scan_file(
     return data, scan_figure(scanned, name)
 
 
-def _origin(decoded: DecodedCloud, sensor_at: Position | None) -> Origin:
+def _origin(decoded: DecodedCloud, sensor_at: Position | None) -> CloudOrigin:
     """Return what happened to a cloud before it is scanned, by the position that the user gives."""
     metric = decoded.units._replace(is_assumed=False) == METRES
     viewpoint = decoded.viewpoint is not None and sensor_at is None
-    return Origin(metric, decoded.rotation, *decoded.units.metres, viewpoint)
+    return CloudOrigin(metric, decoded.rotation, *decoded.units.metres, viewpoint)
 
 
 def exit_code(results: Sequence[Mapping[str, Any]]) -> int:

@@ -26,7 +26,7 @@ _TEXT_WITHOUT_NUMBERS = re.compile(r" (for|by) [\d.]+.*")
 
 
 @dataclass
-class Comparison:
+class RecordedComparison:
     """Counts of equal and different output, present and recorded.
 
     Attributes:

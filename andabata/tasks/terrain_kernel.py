@@ -83,7 +83,7 @@ class Worlds(NamedTuple):
     raster: NDArray[np.float64]
 
 
-class Obstacles(NamedTuple):
+class TerrainObstacles(NamedTuple):
     """One world for the batch: what beams and bodies meet in it.
 
     Attributes:
@@ -139,7 +139,7 @@ class Beams(NamedTuple):
     max_range: float
 
 
-def lay_out(worlds: list[Obstacles]) -> Worlds:
+def lay_out(worlds: list[TerrainObstacles]) -> Worlds:
     """Return worlds behind each other.
 
     Raises:

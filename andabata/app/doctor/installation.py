@@ -65,7 +65,7 @@ def check_installation() -> dict[str, Any]:
     """Return versions, optional packages and origins, ready for JSON; ``ok`` if all is there.
 
     Raises:
-        OriginError: If a sibling package is another distribution's.
+        PackageOriginError: If a sibling package is another distribution's.
     """
     state: dict[str, Any] = {"python": platform.python_version(), "commit": commit()}
     state["origins"] = check_origins()

@@ -50,7 +50,7 @@ class Candidates(NamedTuple):
     after_turn: NDArray[np.float64]
 
 
-class Motion(NamedTuple):
+class RolloutMotion(NamedTuple):
     """Sampling of an arc.
 
     Attributes:
@@ -137,7 +137,7 @@ class Stops(NamedTuple):
 @kernel
 def price_moves(
     moves: Candidates,
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
@@ -193,7 +193,7 @@ class _Arc(NamedTuple):
 
 @kernel
 def _drive(
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
@@ -220,7 +220,7 @@ def _drive(
 @kernel
 def _price_arc(
     moves: Candidates,
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
@@ -237,7 +237,7 @@ def _price_arc(
 @kernel
 def _price_turn(
     moves: Candidates,
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
@@ -255,7 +255,7 @@ def _price_turn(
 
 @kernel
 def _price_reverse(
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
@@ -276,7 +276,7 @@ def _price_reverse(
 @kernel
 def _cheapest_follower(
     followers: NDArray[np.float64],
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,

@@ -19,7 +19,7 @@ from andabata.records.frames.transform import (
     mounting_numbers,
     pose_difference,
 )
-from andabata.records.sources import MOST_NAMED, Difference, Sources
+from andabata.records.sources import MOST_NAMED, SourceDifference, Sources
 
 _AGREEMENT = f"{100 * MAX_SHIFT:.0f} cm and {np.rad2deg(MAX_TURN):.0f} degrees"
 """Bounds of poses that agree, in words."""
@@ -132,11 +132,11 @@ def returning_text(parent: str, one: Sequence[float], other: Sequence[float]) ->
     return f"expected one pose on {parent}, got two in turn: {values}; stop one of two publishers"
 
 
-def _difference(one: Sequence[float], other: Sequence[float]) -> Difference:
+def _difference(one: Sequence[float], other: Sequence[float]) -> SourceDifference:
     """Return the difference of two poses."""
     shift, turn = pose_difference(one, other)
     text = f"{shift:.2f} m and {np.rad2deg(turn):.0f} degrees"
-    return Difference(max(shift / MAX_SHIFT, turn / MAX_TURN), text)
+    return SourceDifference(max(shift / MAX_SHIFT, turn / MAX_TURN), text)
 
 
 def _contradict(one: Sequence[float], other: Sequence[float]) -> bool:

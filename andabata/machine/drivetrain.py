@@ -31,7 +31,9 @@ class Drivetrain:
         Args:
             constants: True constants of the drive.
         """
-        self._constants, self._is_ideal = constants, constants.is_ideal
+        self._constants = constants
+        differs = (constants.wheel_radius, constants.effective_track, constants.slope_slip)
+        self._is_ideal = not any((*differs, constants.latency, constants.lag))
         whole, self._share = divmod(constants.latency, CONTROL_PERIOD)
         self._share /= CONTROL_PERIOD
         self._commands = [np.zeros(2)] * (int(whole) + 2)

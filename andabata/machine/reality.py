@@ -292,7 +292,7 @@ def level(name: str) -> Reality:
     """
     if name not in LEVELS:
         raise ValueError(
-            f"level: expected one of {', '.join(LEVELS)}, got {name!r}; choose one, and change "
-            "single numbers by --set reality.NAME=NUMBER"
+            f"level: expected one of {', '.join(LEVELS)}, got {name!r}; choose one of them, or set "
+            "its numbers one by one"
         )
     return LEVELS[name]

@@ -167,7 +167,7 @@ def test_a_name_stands_for_a_levels_numbers_in_settings():
 
 def test_an_unknown_level_names_the_known_ones():
     """The error says what was expected, what came and what to do."""
-    expected = "expected one of ideal, field, harsh, got 'mud'; choose one"
+    expected = "expected one of ideal, field, harsh, got 'mud'; choose one of them"
     with pytest.raises(ValueError, match=expected):
         level("mud")
     with pytest.raises(SettingsError, match=f"^reality: level: {expected}[^']*$"):

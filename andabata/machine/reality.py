@@ -129,13 +129,13 @@ class Reality(BaseModel):
             wear of tyres).
         effective_track: Spread of the ratio of true to believed effective track (makers' own
             multipliers of robots alike, 1.5 to 1.9; Galati and Reina 2019: it changes with ground).
-        slope_slip: Largest slip of the wheels per sine of the slope (Ishigami et al. 2007: loose
-            soil; 0.5 is 13 % at 15 degrees).
-        range_noise: White noise of a range beyond the laser's own [m].
-        range_bias: Standard deviation of an error that is common to a sweep [m] (UTM-30LX's data
-            sheet: 3 cm of accuracy, of which repeatability is a part).
-        range_scale: Spread of the ratio of measured to true range. On flat ground incidence grows
-            with range, too (the same sheet: 2 cm more over 20 m).
+        slope_slip: Largest slip of the wheels per sine of the slope (assumption: 0.5 is 13 % at
+            15 degrees; loose soil slips more, Ishigami et al. 2007).
+        range_noise: White noise of a range beyond the laser's own [m]; no level has more.
+        range_bias: Standard deviation of an error that is common to a sweep [m] (assumption: a
+            part of the 3 cm of accuracy that a UTM-30LX states).
+        range_scale: Spread of the ratio of measured to true range; on flat ground incidence grows
+            with range, too (assumption: some centimetres over the largest range).
         laser_clock: Largest delay of the laser's stamps [s] (pull request 88 of the velodyne
             driver: "in the range of 20 ms").
         laser_tilt_deg: Spread of roll and of pitch of the laser's mast [deg] (assumption).

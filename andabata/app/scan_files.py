@@ -106,7 +106,7 @@ def scan_files(
             on_note(f"note: {file.name}: {note}")
         plot = Plot(drawn, f"scan-{file.stem}", "Points, cells and ranges")
         text = " ".join([scan_text(data), *data["notes"]])
-        sections.append(Section(file.name, text, [plot]))
+        sections.append(Section(file.name, text, plot))
     if report is not None:
         page = Page("Clouds and their virtual scans", sections=sections)
         atomic_io.write(report, page.to_bytes())

@@ -26,12 +26,11 @@ def about_section(folders: Sequence[Path]) -> Section:
     settings = "Settings" if len(folders) == 1 else f"Settings of {folders[0]}"
     return Section(
         "How it was made",
-        blocks=[
-            Table([_row(folder, about) for folder, about in zip(folders, abouts, strict=True)]),
-            Code("\n".join(commands)) if commands else unknown,
-            Folded("Versions", [Table(_versions(first))]) if first.get("versions") else None,
-            Folded(settings, [Code(json.dumps(first.get("config"), indent=1, sort_keys=True))]),
-        ],
+        "",
+        Table([_row(folder, about) for folder, about in zip(folders, abouts, strict=True)]),
+        Code("\n".join(commands)) if commands else unknown,
+        Folded("Versions", [Table(_versions(first))]) if first.get("versions") else None,
+        Folded(settings, [Code(json.dumps(first.get("config"), indent=1, sort_keys=True))]),
     )
 
 

@@ -63,7 +63,7 @@ def report_barn(folder: Path) -> tuple[Page, Row]:
         [Fact(row["controller"], interval(row, "score"), row["reached"]) for row in rows],
         [
             _scores(rows, folder),
-            Section("Ends", "How the runs ended.", [Table(rows, _ENDS)]),
+            Section("Ends", "How the runs ended.", Table(rows, _ENDS)),
             _differences(differences) if differences else None,
             _failures(folder, data["failures"]),
         ],
@@ -72,27 +72,29 @@ def report_barn(folder: Path) -> tuple[Page, Row]:
 
 
 def _scores(rows: Sequence[Row], folder: Path) -> Section:
-    """Return scores, and the times of all runs where the journal is there."""
-    figure = scores_figure(rows)
-    blocks: list[Block] = [
-        Plot(figure, "scores", "Scores with 95 % intervals", drawn=True),
-        Table(rows, _SCORES),
-        Text(PAPER_SCORES),
-    ]
-    if (folder / WORLDS).is_file():
-        ratios: dict[str, list[Row]] = {}
-        for run in (run_of(run) for each in read_rows(folder / WORLDS)[1:] for run in each["runs"]):
-            ratio = run.time / run.detail.optimal_time if run.is_success else None
-            ratios.setdefault(run.contender, []).append({"ratio": ratio})
-        caption = "Share of runs at the goal by their time"
-        blocks.append(Plot(barn_figure(ratios), "times", caption, drawn=True))
-    return Section("Scores", _SCORE_TEXT, blocks)
+    """Return the scores, and the times of all runs."""
+    plot = Plot(scores_figure(rows), "scores", "Scores with 95 % intervals", drawn=True)
+    table = Table(rows, _SCORES)
+    return Section("Scores", _SCORE_TEXT, plot, table, Text(PAPER_SCORES), _times(folder))
+
+
+def _times(folder: Path) -> Plot | None:
+    """Return the times of all runs, where the journal is there."""
+    if not (folder / WORLDS).is_file():
+        return None
+    runs = [run_of(run) for entry in read_rows(folder / WORLDS)[1:] for run in entry["runs"]]
+    ratios: dict[str, list[Row]] = {}
+    for run in runs:
+        ratio = run.time / run.detail.optimal_time if run.is_success else None
+        ratios.setdefault(run.contender, []).append({"ratio": ratio})
+    text = "Share of runs at the goal by their time"
+    return Plot(barn_figure(ratios), "times", text, drawn=True)
 
 
 def _differences(rows: Sequence[Row]) -> Section:
     """Return the differences from one of the controllers."""
     text = f"From {rows[0]['against']}, same worlds and noise."
-    return Section("Differences", text, [Table(rows, _DIFFERENCES)])
+    return Section("Differences", text, Table(rows, _DIFFERENCES))
 
 
 def _failures(folder: Path, failures: Sequence[Row]) -> Section:
@@ -104,7 +106,7 @@ def _failures(folder: Path, failures: Sequence[Row]) -> Section:
         {"controller": name, "failure": kind, "count": n} for (name, kind), n in kinds.items()
     ]
     every = Folded(f"All {len(failures)} failed runs", [Table(failures, _FAILED)])
-    return Section("Failures", blocks=[Table(counts), _failed_paths(folder, failures), every])
+    return Section("Failures", "", Table(counts), _failed_paths(folder, failures), every)
 
 
 def _failed_paths(folder: Path, failures: Sequence[Row]) -> Block:

@@ -78,21 +78,6 @@ class Fact(NamedTuple):
     more: str = ""
 
 
-class Facts(NamedTuple):
-    """Figures that people look for first."""
-
-    facts: Sequence[Fact]
-
-    def to_html(self, _: Shown) -> str:
-        """Return the figures, each with its name and what stands beside it."""
-        inside = "".join(
-            f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)}"
-            f"<small>{html.escape(more)}</small></dd></div>"
-            for name, value, more in self.facts
-        )
-        return f'<dl class="facts">{inside}</dl>'
-
-
 class Text(NamedTuple):
     """Paragraph."""
 
@@ -114,25 +99,17 @@ class Code(NamedTuple):
 
 
 class Folded(NamedTuple):
-    """Blocks that a click on their title shows."""
+    """Blocks that a click on their title shows; pictures among them side by side if ``is_grid``."""
 
     title: str
     blocks: Sequence[Block]
+    is_grid: bool = False
 
     def to_html(self, shown: Shown) -> str:
         """Return the blocks, folded."""
         inside = "".join(block.to_html(shown) for block in self.blocks)
+        inside = f'<div class="grid">{inside}</div>' if self.is_grid else inside
         return f"<details><summary>{html.escape(self.title)}</summary>{inside}</details>"
-
-
-class Grid(NamedTuple):
-    """Pictures side by side."""
-
-    blocks: Sequence[Block]
-
-    def to_html(self, shown: Shown) -> str:
-        """Return the pictures in a grid."""
-        return f'<div class="grid">{"".join(block.to_html(shown) for block in self.blocks)}</div>'
 
 
 @dataclass(frozen=True)
@@ -176,41 +153,23 @@ class Picture(NamedTuple):
         data: Bytes of the file.
         caption: Text below it.
         kind: End of the file's name: png, gif, webp or mp4.
+        name: Name of the file among the page's figures; it is none of them if empty.
     """
 
     data: bytes
     caption: str
     kind: str = "png"
-
-    def to_html(self, _: Shown) -> str:
-        """Return the picture with its bytes inside."""
-        text, inside = html.escape(self.caption), b64encode(self.data).decode("ascii")
-        source = f'src="data:{_TYPES[self.kind]};base64,{inside}"'
-        shown = f'<img alt="{text}" {source}>'
-        if self.kind == "mp4":
-            shown = f'<video controls loop muted playsinline {source} title="{text}"></video>'
-        return f"<figure>{shown}<figcaption>{text}</figcaption></figure>"
-
-
-class Film(NamedTuple):
-    """Moving picture, which is a file of its own among the figures.
-
-    Attributes:
-        data: Bytes of the file.
-        name: Name of the film, as that of a figure.
-        caption: Text below it.
-        kind: End of the file's name: gif or mp4; png for a single picture.
-    """
-
-    data: bytes
-    name: str
-    caption: str
-    kind: str = "gif"
+    name: str = ""
 
     def to_html(self, shown: Shown) -> str:
-        """Return the moving picture."""
-        shown.films[f"{plain(self.name)}.{self.kind}"] = self.data
-        return Picture(self.data, self.caption, self.kind).to_html(shown)
+        """Return the picture with its bytes inside."""
+        if self.name:
+            shown.films[f"{plain(self.name)}.{self.kind}"] = self.data
+        text, inside = html.escape(self.caption), b64encode(self.data).decode("ascii")
+        source = f'src="data:{_TYPES[self.kind]};base64,{inside}"'
+        film = f'<video controls loop muted playsinline {source} title="{text}"></video>'
+        picture = film if self.kind == "mp4" else f'<img alt="{text}" {source}>'
+        return f"<figure>{picture}<figcaption>{text}</figcaption></figure>"
 
 
 class Table(NamedTuple):

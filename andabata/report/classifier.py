@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from andabata.report.blocks import Block, Fact, Plot, Table, Text
+from andabata.report.blocks import Fact, Plot, Table, Text
 from andabata.report.columns import heading
 from andabata.report.folder import read_result
 from andabata.report.page import Page, Section
@@ -43,7 +43,7 @@ def report_classifier(folder: Path) -> tuple[Page, Row]:
     rows = [{"score": heading(n), "ours": data[n], "the paper's": paper[n]} for n in FIGURES]
     confusion = Plot(figure, "confusion", "Cells by truth and answer (Table 1)")
     sections = [
-        Section("Scores", _SCORES_TEXT, [Table(rows), confusion]),
+        Section("Scores", _SCORES_TEXT, Table(rows), confusion),
         _errors(data),
         _features(data["importances"]) if data.get("importances") else None,
     ]
@@ -72,33 +72,32 @@ def report_ground(folder: Path) -> tuple[Page, Row]:
     low = data.get("recall_low")
     bands = {name.replace("_", " "): band for name, band in data["bands"].items()}
     figure = confusions_figure({"ground cells": data["confusion"]})
-    blocks: list[Block] = [
+    section = Section(
+        "Scores by range",
+        "",
         _scores_of({"all": data} | bands),
         Plot(bands_figure(bands), "bands", "Scores by distance from the robot", drawn=True),
         Plot(figure, "confusion", "Cells by truth and answer"),
-    ]
-    page = Page(
-        "A classifier of ground cells",
-        f"Scored on {data['ground_cells']} cells of 0.2 m.",
-        [
-            Fact("balanced accuracy", f"{data['balanced_accuracy']:.3f}"),
-            Fact("recall of low objects", "none there" if low is None else f"{low:.3f}"),
-        ],
-        [Section("Scores by range", blocks=blocks)],
     )
-    return page, data
+    facts = [
+        Fact("balanced accuracy", f"{data['balanced_accuracy']:.3f}"),
+        Fact("recall of low objects", "none there" if low is None else f"{low:.3f}"),
+    ]
+    lead = f"Scored on {data['ground_cells']} cells of 0.2 m."
+    return Page("A classifier of ground cells", lead, facts, [section]), data
 
 
 def _errors(data: Row) -> Section:
     """Return the scores of parts of the cells, and how often ranges are wrong."""
     parts = {"all cells": data, "beyond doubt": data["beyond_doubt"]}
-    blocks: list[Block] = [_scores_of(parts | {"within 5 m": data["within_5_m"], **data["worlds"]})]
-    if "ranges" in data:
-        long, short = (100 * data["ranges"][name] for name in ("too_long", "too_short"))
-        wrong = f"{long:.2f} % too long, {short:.2f} % too short"
-        blocks.append(Text(f"Sectors whose range is wrong by more than a ring: {wrong}."))
+    table = _scores_of(parts | {"within 5 m": data["within_5_m"], **data["worlds"]})
     text = "Cells beyond doubt keep their label if the limits move a little."
-    return Section("Where it errs", text, blocks)
+    if "ranges" not in data:
+        return Section("Where it errs", text, table)
+    long, short = (100 * data["ranges"][name] for name in ("too_long", "too_short"))
+    wrong = f"{long:.2f} % too long, {short:.2f} % too short"
+    ranges = Text(f"Sectors whose range is wrong by more than a ring: {wrong}.")
+    return Section("Where it errs", text, table, ranges)
 
 
 def _scores_of(parts: Mapping[str, Row]) -> Table:
@@ -110,7 +109,7 @@ def _scores_of(parts: Mapping[str, Row]) -> Table:
 def _features(importances: Mapping[str, Any]) -> Section:
     """Return what each feature is worth."""
     plot = Plot(importance_figure(importances), "importances", "Most important first")
-    return Section("Features", "What is lost when a feature is shuffled.", [plot])
+    return Section("Features", "What is lost when a feature is shuffled.", plot)
 
 
 def _scored(data: Row) -> Row:

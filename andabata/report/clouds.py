@@ -30,6 +30,8 @@ _SPLITS_TEXT = (
     "0.2 m over the lower quartile of its cell: its F1 says how hard the clouds are."
 )
 
+_EXAMPLES_TEXT = "Points by their label, and the cells that follow from them (Fig. 3)."
+
 _NOT_COUNTED = "Cells were not counted: the clouds are of an earlier version; make them again."
 
 
@@ -48,23 +50,14 @@ def report_clouds(folder: Path) -> tuple[Page, Row]:
     rows = [_split_row(split, manifest.of(split), cells.get(split)) for split in splits]
     kinds = dict.fromkeys(entry.world for entry in manifest.clouds)
     worlds = [_world_row(world, manifest) for world in kinds]
-    counted = [Table([*rows, {"split": "paper, both", **PAPER_CLOUDS}])]
-    page = Page(
-        "Labelled clouds",
-        f"{len(manifest.clouds)} clouds, seed {manifest.seed}.",
-        [_fact(row) for row in rows],
-        [
-            Section(
-                "Splits", _SPLITS_TEXT, counted if cells else [Table(rows), Text(_NOT_COUNTED)]
-            ),
-            Section("Worlds", blocks=[Table(worlds)]),
-            Section(
-                "Examples",
-                "Points by their label, and the cells that follow from them (Fig. 3).",
-                list(_examples(folder, manifest)),
-            ),
-        ],
-    )
+    table = Table([*rows, {"split": "paper, both", **PAPER_CLOUDS}] if cells else rows)
+    sections = [
+        Section("Splits", _SPLITS_TEXT, table, None if cells else Text(_NOT_COUNTED)),
+        Section("Worlds", "", Table(worlds)),
+        Section("Examples", _EXAMPLES_TEXT, *_examples(folder, manifest)),
+    ]
+    lead = f"{len(manifest.clouds)} clouds, seed {manifest.seed}."
+    page = Page("Labelled clouds", lead, [_fact(row) for row in rows], sections)
     return page, {"splits": rows, "worlds": worlds}
 
 

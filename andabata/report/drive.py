@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.models import shipped_forest
-from andabata.report.blocks import Fact, Film, Plot, Table, Text
+from andabata.report.blocks import Fact, Picture, Plot, Table, Text
 from andabata.report.columns import word
 from andabata.report.folder import read_about, read_result
 from andabata.report.options import ReportOptions
@@ -44,6 +44,10 @@ _STAMPS = 8
 
 _LARGEST_CLIP = 8_000_000
 """Largest clip that a page takes in [bytes]."""
+
+_GOALS_TEXT = "In a row until one fails. SPL is success weighted by path length."
+
+_WORLD_TEXT = "Starts and goals of its tasks, forbidden ground by reason (Fig. 20)."
 
 ATTEMPT_COLUMNS = (
     "goal",
@@ -108,23 +112,20 @@ def report_drives(folders: Sequence[Path], _: ReportOptions) -> tuple[Page, Row]
     where = f"{first['world']} {first['world_seed']}"
     title = "A drive" if len(runs) == 1 else f"{len(runs)} drives side by side"
     rows = [{"drive": run.name, **each} for run in runs for each in run.data["attempts"]]
-    page = Page(
-        f"{title} in {where}",
-        "Measured by physics and the true map of the world.",
-        [_fact(run) for run in runs],
-        [
-            _paths(runs, world, where),
-            _clips(runs),
-            _goals(rows, len(runs) > 1),
-            _motion(runs),
-            _last_cloud(runs[0]),
-            Section(
-                "The world",
-                "Starts and goals of its tasks, forbidden ground by reason (Fig. 20).",
-                [Plot(world_figure(world), "world", f"{where} from above and in 3D")],
-            ),
-        ],
-    )
+    sections = [
+        _paths(runs, world, where),
+        _clips(runs),
+        _goals(rows, len(runs) > 1),
+        _motion(runs),
+        _last_cloud(runs[0]),
+        Section(
+            "The world",
+            _WORLD_TEXT,
+            Plot(world_figure(world), "world", f"{where} from above and in 3D"),
+        ),
+    ]
+    lead = "Measured by physics and the true map of the world."
+    page = Page(f"{title} in {where}", lead, [_fact(run) for run in runs], sections)
     drives = [{k: v for k, v in run.data.items() if k not in _LONG} for run in runs]
     return page, {"drives": drives, "goals": rows}
 
@@ -178,7 +179,7 @@ def _paths(runs: Sequence[DriveRun], world: World, where: str) -> Section:
     number = "Fig. 22" if others else "Fig. 18, 21"
     text = f"Time and distance stand beside the path, as in the paper's {number}."
     plot = Plot(figure, "path", f"Path on the true map ({number})", drawn=True, light=True)
-    return Section("Path", text, [plot])
+    return Section("Path", text, plot)
 
 
 def _round_time(seconds: float) -> float:
@@ -190,30 +191,20 @@ def _clips(runs: Sequence[DriveRun]) -> Section:
     """Return the clips of drives that have some, else say how one is made (in place of Fig. 19)."""
     found = {run.name: run.clip for run in runs if run.clip is not None}
     text = "" if found else "There is none: drive --clip FILE.gif makes one."
+    caption = "from behind the robot (Fig. 19)"
     films = [
-        Film(
-            clip.read_bytes(),
-            f"clip-{name}",
-            f"{name}: from behind the robot (Fig. 19)",
-            clip.suffix[1:],
-        )
+        Picture(clip.read_bytes(), f"{name}: {caption}", clip.suffix[1:], f"clip-{name}")
         for name, clip in found.items()
     ]
-    return Section("Moving picture", text, films)
+    return Section("Moving picture", text, *films)
 
 
 def _goals(rows: Sequence[Row], compared: bool) -> Section:
     """Return the attempts of the drives, and how those that failed ended."""
-    names = ("drive",) if compared else ()
+    columns = (*(("drive",) if compared else ()), *ATTEMPT_COLUMNS)
     failures = " ".join(_failure(row) for row in rows if row["outcome"] != "goal")
-    return Section(
-        "Goals",
-        "In a row until one fails. SPL is success weighted by path length.",
-        [
-            Table(rows, (*names, *ATTEMPT_COLUMNS), every="All columns"),
-            Text(failures) if failures else None,
-        ],
-    )
+    table = Table(rows, columns, every="All columns")
+    return Section("Goals", _GOALS_TEXT, table, Text(failures) if failures else None)
 
 
 def _failure(row: Row) -> str:
@@ -234,10 +225,8 @@ def _motion(runs: Sequence[DriveRun]) -> Section:
     return Section(
         "Motion",
         "True values, twice a second. Move over a line to read it.",
-        [
-            Plot(headings_figure(known), "headings", "Heading over time (Fig. 23)", drawn=True),
-            Plot(motion_figure(known), "motion", text, drawn=True),
-        ],
+        Plot(headings_figure(known), "headings", "Heading over time (Fig. 23)", drawn=True),
+        Plot(motion_figure(known), "motion", text, drawn=True),
     )
 
 
@@ -247,8 +236,5 @@ def _last_cloud(run: DriveRun) -> Section | None:
     if not path.is_file():
         return None
     figure = scan_figure(scan_cloud(read_cloud(path), ScanConfig(), shipped_forest()), "last cloud")
-    return Section(
-        "Last cloud",
-        "Points, the state of each cell, and the virtual ranges (Fig. 5).",
-        [Plot(figure, "scan", f"Last cloud of {run.name} (Fig. 5)")],
-    )
+    text = "Points, the state of each cell, and the virtual ranges (Fig. 5)."
+    return Section("Last cloud", text, Plot(figure, "scan", f"Last cloud of {run.name} (Fig. 5)"))

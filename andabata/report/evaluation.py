@@ -7,7 +7,7 @@ from typing import Any
 
 from PIL import Image
 
-from andabata.report.blocks import Block, Fact, Folded, Grid, Picture, Plot, Table, Text
+from andabata.report.blocks import Block, Fact, Folded, Picture, Plot, Table, Text
 from andabata.report.columns import interval, several, with_reached, word
 from andabata.report.folder import read_result, read_rows
 from andabata.report.page import Page, Section
@@ -60,6 +60,8 @@ _SUCCESS_TEXT = (
     "Brackets hold 95 % intervals (Wilson); SPL is success weighted by path length."
 )
 
+_PAPER_TEXT = "The paper's Table 4, in its own test world, beside those of natural-test:"
+
 _PATHS_TEXT = (
     "Each trial has a world of its own: paths begin at the origin, the first goal lies ahead. "
     "The paper's Fig. 24 shows those of one world."
@@ -80,8 +82,9 @@ def report_evaluation(folder: Path) -> tuple[Page, Row]:
     attempts = read_attempts(folder / TRIALS) if (folder / TRIALS).is_file() else []
     suite, controllers = data["config"].get("suite"), _names(rows, "controller")
     worlds = _names(rows, "world")
+    title = f"Suite {suite}" if suite else f"{several(len(controllers), 'controller')} side by side"
     page = Page(
-        f"Suite {suite}" if suite else f"{several(len(controllers), 'controller')} side by side",
+        title,
         f"{', '.join(controllers)}; the same worlds, starts and noise for each.",
         [_fact(row) for row in with_reached(rows) if row["goal"] == "all"],
         [
@@ -106,18 +109,15 @@ def read_attempts(path: Path) -> list[Row]:
 def _success(rows: Sequence[Row], worlds: Sequence[str]) -> Section:
     """Return success by goal, a table a world."""
     there = PAPER_WORLD in worlds
-    figure = goals_figure(rows, {PAPER_WORLD: PAPER_GOALS} if there else {})
     beside = "; hollow: the paper's Table 4, of one world" if there else ""
+    figure = goals_figure(rows, {PAPER_WORLD: PAPER_GOALS} if there else {})
     tables = (
         goals_table([row for row in rows if row["world"] == name], f"All columns of {name}", name)
         for name in worlds
     )
-    paper: list[Block] = [
-        Text("The paper's Table 4, in its own test world, beside those of natural-test:"),
-        Table(_paper_rows()),
-    ]
     plot = Plot(figure, "success", f"Goals reached in a row{beside}", drawn=True)
-    return Section("Success", _SUCCESS_TEXT, [plot, *tables, *(paper if there else [])])
+    paper = [Text(_PAPER_TEXT), Table(_paper_rows())] if there else ()
+    return Section("Success", _SUCCESS_TEXT, plot, *tables, *paper)
 
 
 def goals_table(rows: Sequence[Row], every: str, caption: str = "") -> Table:
@@ -159,7 +159,7 @@ def _by_difficulty(attempts: Sequence[Row], controllers: Sequence[str]) -> Secti
     figure = difficulty_figure(trials, controllers)
     plot = Plot(figure, "difficulty", "All goals reached, with 95 % intervals", drawn=True)
     text = "Whole trials in worlds of rising difficulty, in five ranges."
-    return Section("Difficulty", text, [plot])
+    return Section("Difficulty", text, plot)
 
 
 def _paths(attempts: Sequence[Row], worlds: Sequence[str]) -> Section | None:
@@ -168,20 +168,14 @@ def _paths(attempts: Sequence[Row], worlds: Sequence[str]) -> Section | None:
     for row in attempts:
         if row.get("path") and row.get("goal_xy"):
             by_world[row["world"]].setdefault(row["controller"], []).append(row)
-    plots = [
-        Plot(
-            paths_figure(
-                {name: _joined(rows) for name, rows in by_controller.items()},
-                f"{world}: paths of all trials",
-            ),
-            f"paths-{world}",
-            f"Paths and ends in {world} (Fig. 24)",
-            drawn=True,
-        )
-        for world, by_controller in by_world.items()
-        if by_controller
-    ]
-    return Section("Paths", _PATHS_TEXT, plots) if plots else None
+    plots = []
+    for world, by_controller in by_world.items():
+        trials = {name: _joined(rows) for name, rows in by_controller.items()}
+        if trials:
+            figure = paths_figure(trials, f"{world}: paths of all trials")
+            caption = f"Paths and ends in {world} (Fig. 24)"
+            plots.append(Plot(figure, f"paths-{world}", caption, drawn=True))
+    return Section("Paths", _PATHS_TEXT, *plots) if plots else None
 
 
 def _joined(rows: Sequence[Row]) -> list[Row]:
@@ -199,17 +193,15 @@ def _failures(folder: Path, causes: Sequence[Row], attempts: Sequence[Row]) -> S
     if not causes:
         return Section("Failures", "None.")
     failed = [row for row in attempts if row["outcome"] != "goal"]
-    several_causes = Folded(f"All {len(causes)} causes", [Table(causes, _CAUSES)])
+    causes_table = Folded(f"All {len(causes)} causes", [Table(causes, _CAUSES)])
+    failed_table = Folded(f"All {len(failed)} failed drives", [Table(failed, _FAILED)])
     return Section(
         "Failures",
-        blocks=[
-            Table(causes[:_FEW], _CAUSES),
-            several_causes if len(causes) > _FEW else None,
-            *_shown_pictures(folder / FAILURES, failed),
-            Folded(f"All {len(failed)} failed drives", [Table(failed, _FAILED)])
-            if failed
-            else None,
-        ],
+        "",
+        Table(causes[:_FEW], _CAUSES),
+        causes_table if len(causes) > _FEW else None,
+        *_shown_pictures(folder / FAILURES, failed),
+        failed_table if failed else None,
     )
 
 
@@ -221,8 +213,8 @@ def _shown_pictures(folder: Path, failed: Sequence[Row]) -> Iterator[Block]:
     if left_out:
         yield Text(f"{left_out} more pictures are in {folder}.")
     for title, some in kept.items():
-        grid = Grid([Picture(data, name, "webp") for name, data in some])
-        yield Folded(f"{title} ({len(some)})", [grid])
+        shown = [Picture(data, name, "webp") for name, data in some]
+        yield Folded(f"{title} ({len(some)})", shown, is_grid=True)
 
 
 def _pictures(folder: Path, failed: Sequence[Row]) -> dict[str, list[tuple[str, bytes]]]:

@@ -9,31 +9,30 @@ from pathlib import Path
 from typing import Self
 
 from andabata.printable import printable
-from andabata.report.blocks import Block, Fact, Facts, Shown, Text, plain
+from andabata.report.blocks import Block, Fact, Shown, Text, plain
 from andabata.report.plots.axes import png
 from andabata.report.plots.svg import svg
 from andabata.runs import atomic_io
 
 
-@dataclass(frozen=True)
 class Section:
-    """Part of a page with a heading.
+    """Part of a page with a heading."""
 
-    Attributes:
-        title: Heading.
-        text: Paragraph below it; none if empty.
-        blocks: What the section shows, in its order; None is left out.
-    """
+    def __init__(self, title: str, text: str = "", *blocks: Block | None) -> None:
+        """Take what the section shows.
 
-    title: str
-    text: str = ""
-    blocks: Sequence[Block | None] = ()
+        Args:
+            title: Heading.
+            text: Paragraph below it; none if empty.
+            *blocks: Tables, plots, texts and films in their order; None is left out.
+        """
+        self.title = title
+        self._blocks = [Text(text) if text else None, *blocks]
 
     def to_html(self, shown: Shown) -> str:
         """Return the section; its figures are added to those of the page."""
-        blocks = [Text(self.text) if self.text else None, *self.blocks]
         head = f'<h2 id="{plain(self.title)}">{html.escape(self.title)}</h2>'
-        return head + "".join(block.to_html(shown) for block in blocks if block is not None)
+        return head + "".join(block.to_html(shown) for block in self._blocks if block is not None)
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,7 @@ class Page:
             '<!doctype html><html lang="en"><head><meta charset="utf-8">'
             '<meta name="viewport" content="width=device-width,initial-scale=1">'
             f"<title>{html.escape(self.title)}</title><style>{style}</style></head>"
-            f"<body>{self._head}{body}<script>{script}</script></body>"
+            f"<body>{body}<script>{script}</script></body>"
             "</html>"
         )
         return printable(page).encode()
@@ -81,25 +80,24 @@ class Page:
 
     @cached_property
     def _rendered(self) -> tuple[str, Shown]:
-        """Facts and sections as HTML, with their figures and films."""
-        shown = Shown()
-        facts = Facts(self.facts).to_html(shown) if self.facts else ""
-        return facts + "".join(each.to_html(shown) for each in self._chosen), shown
-
-    @property
-    def _chosen(self) -> list[Section]:
-        """Sections that are there."""
-        return [section for section in self.sections if section is not None]
-
-    @property
-    def _head(self) -> str:
-        """Title, lead and table of contents."""
+        """Title, contents, facts and sections as HTML, with their figures and films."""
+        sections, shown = [one for one in self.sections if one is not None], Shown()
         lead = f'<p class="lead">{html.escape(self.lead)}</p>' if self.lead else ""
         links = "".join(
-            f'<a href="#{plain(each.title)}">{html.escape(each.title)}</a>' for each in self._chosen
+            f'<a href="#{plain(one.title)}">{html.escape(one.title)}</a>' for one in sections
         )
-        contents = f"<nav>{links}</nav>" if len(self._chosen) > 1 else ""
-        return f"<h1>{html.escape(self.title)}</h1>{lead}{contents}"
+        facts = "".join(
+            f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)}"
+            f"<small>{html.escape(more)}</small></dd></div>"
+            for name, value, more in self.facts
+        )
+        parts = [
+            f"<h1>{html.escape(self.title)}</h1>{lead}",
+            f"<nav>{links}</nav>" if len(sections) > 1 else "",
+            f'<dl class="facts">{facts}</dl>' if facts else "",
+            *(section.to_html(shown) for section in sections),
+        ]
+        return "".join(parts), shown
 
 
 def _asset(name: str) -> str:

@@ -70,6 +70,11 @@ _TESTS_TEXT = (
     "paper's best scores stand beside for the order of magnitude."
 )
 
+_BEST_TEXT = (
+    "the paper's beside; seeds whose best test reached every goal; goals of the last five tests; "
+    "steps of the best test against the oracle's."
+)
+
 _RUNS_TEXT = "The chosen policy is the one that validation on random tasks chose."
 
 Drives = Mapping[str, list[RoomAttempt]]
@@ -153,31 +158,27 @@ def tests_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
     ]
     chosen = {run.folder: _chosen_drives(run) for run in runs}
     group_rows = [_group_row(group, places == len(rooms) - 1, oracle) for group in groups]
-    run_rows = [row for group in groups for row in _run_rows(group, chosen, oracle)]
-    best = (
-        f"Means over the seeds: best score in {rooms[-1].name} and in all rooms, the paper's "
-        "beside; seeds whose best test reached every goal; goals of the last five tests; steps of "
-        "the best test against the oracle's."
-    )
+    run_rows = [
+        _run_row(group.name, run, tests, chosen[run.folder], oracle)
+        for group in groups
+        for run, tests in zip(group.runs, group.tests, strict=True)
+    ]
     sections = [
-        Section("Tests during training", _TESTS_TEXT, [_curves(groups, task, places)]),
+        Section("Tests during training", _TESTS_TEXT, _curves(groups, task, places)),
         Section(
             "Best tests (Table I)",
-            best,
-            [Table(group_rows, _GROUP_COLUMNS, every="All columns")],
+            f"Means over the seeds: best score in {rooms[-1].name} and in all rooms, {_BEST_TEXT}",
+            Table(group_rows, _GROUP_COLUMNS, every="All columns"),
         ),
-        Section("Runs", _RUNS_TEXT, [Table(run_rows, _RUN_COLUMNS, every="All columns")]),
+        Section("Runs", _RUNS_TEXT, Table(run_rows, _RUN_COLUMNS, every="All columns")),
         Section(
             "Tests of the chosen policies",
             "The first run of each actor.",
-            [_drives(group, chosen, rooms) for group in groups],
+            *(_drives(group, chosen, rooms) for group in groups),
         ),
     ]
-    page = Page(
-        "Learning to drive in rooms",
-        plans_text({group.name: group.runs for group in groups}, "actor"),
-        sections=sections,
-    )
+    lead = plans_text({group.name: group.runs for group in groups}, "actor")
+    page = Page("Learning to drive in rooms", lead, sections=sections)
     return page, {"groups": group_rows, "runs": run_rows}
 
 
@@ -277,37 +278,35 @@ def _last_reached(tests: Sequence[RoomTest]) -> float:
     return float(np.mean([test.reached for test in tests[-_LAST:]]))
 
 
-def _run_rows(group: Group, driven: Mapping[Path, Drives], oracle: Sequence[int]) -> list[Row]:
-    """Return the figures of each run of an actor.
+def _run_row(
+    name: str, run: TrainingRun, tests: Sequence[RoomTest], drives: Drives, oracle: Sequence[int]
+) -> Row:
+    """Return the figures of a run.
 
     Args:
-        group: Runs and tests of the actor.
-        driven: Drives of each run's chosen policy by folder and room.
+        name: Name of the actor.
+        run: Run.
+        tests: Tests of the run.
+        drives: Drives of its chosen policy.
         oracle: Fewest steps of each task.
     """
-    rows = []
-    for run, tests in zip(group.runs, group.tests, strict=True):
-        best, total = _best(tests), len(oracle)
-        whole = next((test.steps for test in tests if test.reached == total), None)
-        drives = [drive for some in driven[run.folder].values() for drive in some]
-        steps = tuple(d.detail.steps if d.outcome is Outcome.GOAL else None for d in drives)
-        chosen = RoomTest(run.history[-1]["steps"], steps)
-        rows.append(
-            {
-                "actor": group.name,
-                "seed": run.seed,
-                "tests": len(tests),
-                "first_steps_with_all_tasks": whole,
-                "best_reached": best.reached,
-                "best_score": float(best.scores.sum()),
-                "best_steps_to_oracle": best.ratio(oracle),
-                "last_reached": _last_reached(tests),
-                "chosen_reached": chosen.reached,
-                "chosen_score": float(chosen.scores.sum()),
-                "chosen_steps_to_oracle": chosen.ratio(oracle),
-            }
-        )
-    return rows
+    best, total = _best(tests), len(oracle)
+    ends = [drive for some in drives.values() for drive in some]
+    steps = tuple(end.detail.steps if end.outcome is Outcome.GOAL else None for end in ends)
+    chosen = RoomTest(run.history[-1]["steps"], steps)
+    return {
+        "actor": name,
+        "seed": run.seed,
+        "tests": len(tests),
+        "first_steps_with_all_tasks": next((t.steps for t in tests if t.reached == total), None),
+        "best_reached": best.reached,
+        "best_score": float(best.scores.sum()),
+        "best_steps_to_oracle": best.ratio(oracle),
+        "last_reached": _last_reached(tests),
+        "chosen_reached": chosen.reached,
+        "chosen_score": float(chosen.scores.sum()),
+        "chosen_steps_to_oracle": chosen.ratio(oracle),
+    }
 
 
 def _chosen_drives(run: TrainingRun) -> Drives:

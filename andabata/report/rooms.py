@@ -1,8 +1,9 @@
 """Reports of evaluations in rooms, with the figures of Zhang et al. (arXiv 2010.10209)."""
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
 from andabata.evaluation.statistics import wilson_interval
 from andabata.evaluation.support_points import drive_with_support_points
 from andabata.machine.planar.lidar import TRAINING_LIDAR
-from andabata.report.blocks import Block, Film, Folded, Plot, Table, Text
+from andabata.report.blocks import Folded, Picture, Plot, Table, Text
 from andabata.report.columns import several, with_reached
 from andabata.report.page import Page, Section
 from andabata.report.plots.film import film
@@ -32,12 +33,15 @@ from andabata.report.plots.rooms import (
     trajectories_figure,
 )
 from andabata.report.room_folder import RoomFolder
+from andabata.tasks.rooms.config import RoomConfig
 from rl.policies.point_set import PointSetPolicy
 from rl.policy import Policy
 from worlds.rooms.catalogue import make_room
-from worlds.rooms.room import Room, RoomTask
+from worlds.rooms.room import Room
 
 Row = dict[str, Any]
+
+Driven = TypeVar("Driven")
 
 _SHOWN_LIDARS = ("hokuyo-270", "ten-beams", "ten-beams-forward")
 """Lasers whose paths are shown, as in Fig. 7, if they were driven; else the first three."""
@@ -57,6 +61,9 @@ _SHOWN_TASKS = 4
 _CELL = ("room", "policy", "lidar", "memory")
 """Columns that say what a cell is."""
 
+_COUNTS = ("trials", "successes", "collisions", "timeouts")
+"""Counts that are added up over rooms."""
+
 _TOGETHER = ("policy", "lidar", "memory", "reached", "success_rate", "collisions", "timeouts")
 """Columns of all rooms together."""
 
@@ -65,9 +72,6 @@ _MANY = 24
 
 _BARS = 44
 """Width of a figure of ends, in bars; a room takes four more than its lasers."""
-
-_MEASURES = ("steps_to_oracle", "spl")
-"""Measures of a cell beside its ends."""
 
 _DIFFERENCES = ("policy", "against", "lidar", "memory", "tasks", "success_rate", "difference")
 """Columns of a difference between policies."""
@@ -99,12 +103,9 @@ def report_rooms(path: Path) -> tuple[Page, Row]:
     shown = [lidar for lidar in config.lidars if lidar in _SHOWN_LIDARS] or config.lidars
     rooms = _rooms(config)
     moments, data = _moments(folder, rooms)
-    sections = [
-        _success(result, config),
-        _paths(folder, {lidar: lidar for lidar in shown[:3]}, rooms),
-        *moments,
-    ]
-    page = Page("Navigation in rooms", ", ".join(dict.fromkeys(config.rooms)), sections=sections)
+    paths = _paths(folder, {lidar: lidar for lidar in shown[:3]}, rooms)
+    lead = ", ".join(dict.fromkeys(config.rooms))
+    page = Page("Navigation in rooms", lead, (), [_success(result, config), paths, *moments])
     return page, {name: result[name] for name in ("rows", "pooled", "differences")} | data
 
 
@@ -121,12 +122,8 @@ def report_study(path: Path) -> tuple[Page, Row]:
     chosen = [rows[0], *ordered[-1:], *(ordered[:1] if len(ordered) > 1 else [])]
     rooms = _rooms(folder.config)[:_SHOWN_ROOMS]
     moments, data = _moments(folder, rooms)
-    sections = [
-        _study(result),
-        _paths(folder, {row["text"]: row["lidar"] for row in chosen}, rooms),
-        *moments,
-    ]
-    page = Page("Where to mount the laser", sections=sections)
+    paths = _paths(folder, {row["text"]: row["lidar"] for row in chosen}, rooms)
+    page = Page("Where to mount the laser", "", (), [_study(result), paths, *moments])
     return page, {"rows": rows, "advice": result["advice"]} | data
 
 
@@ -142,7 +139,11 @@ def _success(result: Mapping[str, Any], config: RoomEvaluationConfig) -> Section
     rows, (first, *others) = result["rows"], _groups(result)
     every = [*result["pooled"], *rows]
     cells = Table(with_reached(every), _cell_columns(every), every="All columns")
-    blocks: list[Block] = [
+    words = "Differences in success, all rooms together, on the same tasks:"
+    differences = [Text(words), Table(result["differences"], _DIFFERENCES)]
+    return Section(
+        "Success",
+        f"{tasks} a cell. {_OTHER_ROOMS}",
         Table(_over_rooms(rows), _TOGETHER, "All rooms together"),
         *_ends(rows, first, number),
         *(
@@ -150,13 +151,8 @@ def _success(result: Mapping[str, Any], config: RoomEvaluationConfig) -> Section
             for names in others
         ),
         Folded(f"All {len(every)} cells", [cells]) if len(every) > _MANY else cells,
-    ]
-    if result["differences"]:
-        blocks += [
-            Text("Differences in success, all rooms together, on the same tasks:"),
-            Table(result["differences"], _DIFFERENCES),
-        ]
-    return Section("Success", f"{tasks} a cell. {_OTHER_ROOMS}", blocks)
+        *(differences if result["differences"] else ()),
+    )
 
 
 def _study(result: Mapping[str, Any]) -> Section:
@@ -164,12 +160,13 @@ def _study(result: Mapping[str, Any]) -> Section:
     rows = result["rows"]
     title = f"{rows[0]['lidar']}, {len(result['policies'])} policies, {rows[0]['trials']} drives"
     caption = "Success with each laser against the laser as it is, on the same tasks"
-    blocks: list[Block] = [
+    return Section(
+        "Differences",
+        result["advice"],
         Text("Each interval below is that of one laser; the advice allows for all poses at once."),
         Plot(study_figure(rows, title), "differences", caption),
         Table(with_reached(rows), _STUDY, every="All columns"),
-    ]
-    return Section("Differences", result["advice"], blocks)
+    )
 
 
 def _groups(result: Mapping[str, Any]) -> list[list[str]]:
@@ -197,30 +194,37 @@ def _ends(rows: Sequence[Row], names: Sequence[str], number: str) -> list[Plot]:
 
 def _over_rooms(rows: Sequence[Row]) -> list[Row]:
     """Return the counts of all rooms together, a row a policy, laser and memory."""
-    found: dict[tuple[str, str, str], list[Row]] = {}
+    found: dict[tuple[str, ...], Counter[str]] = {}
     for row in rows:
-        found.setdefault((row["policy"], row["lidar"], row["memory"]), []).append(row)
+        counts = found.setdefault(tuple(row[key] for key in _CELL[1:]), Counter())
+        counts.update({key: row[key] for key in _COUNTS})
     return with_reached(
-        {"policy": policy, "lidar": lidar, "memory": memory, **_sums(mine)}
-        for (policy, lidar, memory), mine in found.items()
+        {**dict(zip(_CELL[1:], cell, strict=True)), **counts, **_rate(counts)}
+        for cell, counts in found.items()
     )
 
 
-def _sums(rows: Sequence[Row]) -> Row:
-    """Return the counts of rows with the success rate and its interval."""
-    keys = ("trials", "successes", "collisions", "timeouts")
-    counts = {key: sum(row[key] for row in rows) for key in keys}
+def _rate(counts: Mapping[str, int]) -> Row:
+    """Return the success rate of counts with its interval."""
     reached, trials = counts["successes"], counts["trials"]
     low, high = wilson_interval(reached, trials)
-    rate = {"success_rate": reached / trials, "wilson_low": low, "wilson_high": high}
-    return counts | rate
+    return {"success_rate": reached / trials, "wilson_low": low, "wilson_high": high}
 
 
 def _cell_columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return the columns of cells that are not folded: those that tell the rows apart."""
     several = [key for key in _CELL if len({row[key] for row in rows}) > 1] or ["room"]
     hits = ["hit_by_mover", "hit_at_rest"] if any(row.get("movers") for row in rows) else []
-    return [*several, "reached", "success_rate", "collisions", *hits, "timeouts", *_MEASURES]
+    return [
+        *several,
+        "reached",
+        "success_rate",
+        "collisions",
+        *hits,
+        "timeouts",
+        "steps_to_oracle",
+        "spl",
+    ]
 
 
 def _paths(folder: RoomFolder, lidars: Mapping[str, str], rooms: Sequence[Room]) -> Section:
@@ -240,7 +244,7 @@ def _paths(folder: RoomFolder, lidars: Mapping[str, str], rooms: Sequence[Room])
     ]
     filmed = next((room for room in rooms if _has_movers(room)), rooms[0])
     text = f"Drives of {name}: paths, and where and how they ended (Fig. 7)."
-    return Section("Paths", text, [*plots, _film(folder, next(iter(lidars.values())), filmed)])
+    return Section("Paths", text, *plots, _film(folder, next(iter(lidars.values())), filmed))
 
 
 def _paths_plot(
@@ -249,7 +253,9 @@ def _paths_plot(
     """Return paths and ends of the first policy in some rooms, a panel a laser and room."""
     name = next(iter(folder.policies))
     cells = {
-        (_laser_text(text), room.name): Cell(name, lidar, room.name, memory)
+        ("laser of its training" if text == TRAINED else f"laser {text}", room.name): Cell(
+            name, lidar, room.name, memory
+        )
         for text, lidar in lidars.items()
         for room in rooms
     }
@@ -267,18 +273,13 @@ def _has_movers(room: Room) -> bool:
     return bool(room.movers) and not room.appearances
 
 
-def _laser_text(name: str) -> str:
-    """Return a laser's name in a title."""
-    return "laser of its training" if name == TRAINED else f"laser {name}"
-
-
 def _movers(folder: RoomFolder, cell: Cell) -> Movers:
     """Return the movers of the first drive of a cell, which is driven again."""
     watched = watch_cell(folder.config, folder.policies[cell.policy], cell, 0)
     return np.stack([moment.movers for moment in watched.moments])
 
 
-def _film(folder: RoomFolder, lidar: str, room: Room) -> Film:
+def _film(folder: RoomFolder, lidar: str, room: Room) -> Picture:
     """Return a moving picture of the first policy's first drives in a room, a panel a memory."""
     name, policy = next(iter(folder.policies.items()))
     cells = {
@@ -291,24 +292,25 @@ def _film(folder: RoomFolder, lidar: str, room: Room) -> Film:
     if room.movers:
         text = f"{name}, {lidar}: the first drive in {room.name}, among what moves there"
         movers = {name: _movers(folder, cell) for name, cell in cells.items()}
-    return Film(film(room_film(drives, room, radius, movers), _RATE, ".gif"), "drives", text)
+    pictures = film(room_film(drives, room, radius, movers), _RATE, ".gif")
+    return Picture(pictures, text, "gif", "drives")
 
 
-def _moments(folder: RoomFolder, rooms: Sequence[Room]) -> tuple[list[Section], Row]:
+def _moments(folder: RoomFolder, rooms: Sequence[Room]) -> tuple[list[Section | None], Row]:
     """Return what is driven anew, and its figures: support points, tours, sudden obstacles."""
     policies = folder.policies.items()
     on_points = {name: policy for name, policy in policies if isinstance(policy, PointSetPolicy)}
-    standing = [room for room in rooms if not room.appearances]
+    standing = [room for room in rooms if on_points and not room.appearances]
+    points = [_support_points(folder.config, on_points, room) for room in standing]
     tours = [_tour(folder, room) for room in rooms if _is_tour(room)]
     sudden = [_sudden(folder, room) for room in rooms if room.appearances]
-    sections = []
-    if on_points:
-        points = [_support_points(folder.config, on_points, room) for room in standing]
-        sections.append(Section("Support points", _POINTS_TEXT, points))
-    if tours or sudden:
-        plots = [plot for plot, _ in (*tours, *sudden)]
-        text = "Driven from start to end (Fig. 10)."
-        sections.append(Section("Tours and obstacles that appear", text, plots))
+    plots = [plot for plot, _ in (*tours, *sudden)]
+    sections = [
+        Section("Support points", _POINTS_TEXT, *points) if on_points else None,
+        Section("Tours and obstacles that appear", "Driven from start to end (Fig. 10).", *plots)
+        if plots
+        else None,
+    ]
     data = {"tours": [row for _, row in tours], "appearances": [row for _, row in sudden]}
     return sections, data
 
@@ -317,12 +319,11 @@ def _support_points(
     config: RoomEvaluationConfig, policies: Mapping[str, Policy], room: Room
 ) -> Plot:
     """Return the support points of drives to the goals of a room, or to those of four pairs."""
-    tasks = _fixed_tasks(room) or tasks_of(room, config)
+    fixed = () if _is_tour(room) else room.tasks
+    tasks = (fixed or tasks_of(room, config))[:_SHOWN_TASKS]
     cell = Cell("", TRAINING_LIDAR.label, room.name, "reactive")
     found = {
-        name: drive_with_support_points(
-            policy, cell_task(cell, config, policy), tasks[:_SHOWN_TASKS]
-        )
+        name: drive_with_support_points(policy, cell_task(cell, config, policy), tasks)
         for name, policy in list(policies.items())[:_SHOWN_POLICIES]
     }
     figure = support_points_figure(found, room, f"{room.name}: support points")
@@ -331,13 +332,8 @@ def _support_points(
 
 def _tour(folder: RoomFolder, room: Room) -> tuple[Plot, Row]:
     """Return the tour of a room, and its figures (Fig. 10a)."""
-    goals = [task.goal for task in room.tasks]
-    drives = {
-        driver: drive_tour(
-            policy, cell_task(cell, folder.config, policy), room.tasks[0].start, goals
-        )
-        for driver, (policy, cell) in _drivers(folder, room).items()
-    }
+    goals, start = [task.goal for task in room.tasks], room.tasks[0].start
+    drives = _driven(folder, room, lambda policy, task: drive_tour(policy, task, start, goals))
     figure = tour_figure(drives, room, f"{room.name}: goals in a row")
     legs = {name: [_drive_row(leg) for leg in driven] for name, driven in drives.items()}
     row = {"room": room.name, "goals": len(goals), "legs": legs}
@@ -346,38 +342,34 @@ def _tour(folder: RoomFolder, room: Room) -> tuple[Plot, Row]:
 
 def _sudden(folder: RoomFolder, room: Room) -> tuple[Plot, Row]:
     """Return a drive past obstacles that appear, and its figures (Fig. 10b)."""
-    drives = {
-        driver: drive_tasks(policy, cell_task(cell, folder.config, policy), room.tasks[:1])[0]
-        for driver, (policy, cell) in _drivers(folder, room).items()
-    }
+    first = room.tasks[:1]
+    drives = _driven(folder, room, lambda policy, task: drive_tasks(policy, task, first)[0])
     figure = sudden_figure(drives, room, f"{room.name}: obstacles that appear")
-    rows = {
-        name: _drive_row(drive)
-        | {"appear_after": [moment_of(drive, one) for one in room.appearances]}
-        for name, drive in drives.items()
-    }
     caption = f"Obstacles that appear in {room.name} (Fig. 10b)"
+    rows = {
+        name: _drive_row(one)
+        | {"appear_after": [moment_of(one, each) for each in room.appearances]}
+        for name, one in drives.items()
+    }
     return Plot(figure, f"sudden-{room.name}", caption), {"room": room.name, "drives": rows}
 
 
-def _drivers(folder: RoomFolder, room: Room) -> dict[str, tuple[Policy, Cell]]:
-    """Return the first policy with its first laser and each memory, by a name for people."""
+def _driven(
+    folder: RoomFolder, room: Room, drive: Callable[[Policy, RoomConfig], Driven]
+) -> dict[str, Driven]:
+    """Return what the first policy drives with its first laser and each memory, by their names."""
     config, (name, policy) = folder.config, next(iter(folder.policies.items()))
     lidar = next((one for one in config.lidars if one in _SHOWN_LIDARS), config.lidars[0])
+    cells = {memory: Cell(name, lidar, room.name, memory) for memory in config.memories}
     return {
-        f"{lidar}, {memory_text(memory)}": (policy, Cell(name, lidar, room.name, memory))
-        for memory in config.memories
+        f"{lidar}, {memory_text(memory)}": drive(policy, cell_task(cell, config, policy))
+        for memory, cell in cells.items()
     }
 
 
 def _drive_row(drive: RoomAttempt) -> Row:
     """Return the figures of a drive."""
     return {"outcome": str(drive.outcome), "steps": drive.detail.steps, "length_m": drive.distance}
-
-
-def _fixed_tasks(room: Room) -> list[RoomTask]:
-    """Return the fixed tasks of a room that begin at one start."""
-    return [] if _is_tour(room) else list(room.tasks)
 
 
 def _is_tour(room: Room) -> bool:

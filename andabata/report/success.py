@@ -47,6 +47,8 @@ _SUCCESS_TEXT = (
 
 _RUNS_TEXT = "Validation: random tasks in rooms that no pool holds, not exploring."
 
+_DRIVES_TEXT = "The first run of each plan, in rooms of validation."
+
 
 def success_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
     """Return a page about training runs of TD3's task, and its figures.
@@ -64,20 +66,14 @@ def success_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
     title = "mean over seeds, lowest to highest"
     caption = f"Success against episodes (Fig. 4a): {title}"
     plot = Plot(success_figure(curves, title), "success", caption, drawn=True)
-    drives = [_drives(name, run) for name, (run, *_) in groups.items()]
+    drives = (_drives(name, run) for name, (run, *_) in groups.items())
     sections = [
-        Section("Success during training", _SUCCESS_TEXT, [plot, Table(rows)]),
-        Section("Runs", _RUNS_TEXT, [Table(run_rows)]),
-        Section(
-            "Drives of the policies", "The first run of each plan, in rooms of validation.", drives
-        ),
+        Section("Success during training", _SUCCESS_TEXT, plot, Table(rows)),
+        Section("Runs", _RUNS_TEXT, Table(run_rows)),
+        Section("Drives of the policies", _DRIVES_TEXT, *drives),
     ]
-    page = Page(
-        "Learning to drive without a map",
-        plans_text(groups, "plan"),
-        [_fact(row) for row in rows],
-        sections,
-    )
+    facts = [_fact(row) for row in rows]
+    page = Page("Learning to drive without a map", plans_text(groups, "plan"), facts, sections)
     return page, {"groups": rows, "runs": run_rows}
 
 

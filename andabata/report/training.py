@@ -4,7 +4,7 @@ Those of off-road runs are here, with the figures of the paper (Sanchez et al. 2
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -77,13 +77,8 @@ _TESTS_TEXT = (
 )
 
 
-@dataclass(frozen=True)
-class Sight:
-    """Virtual scan of a robot, with its true pose."""
-
-    pose: Pose
-    scan: VirtualScan
-
+Sight = tuple[Pose, VirtualScan]
+"""True pose of a robot, and its virtual scan there."""
 
 Tested = tuple[OffroadAttempt, Sight | None]
 """Test drive, and the first virtual scan of it."""
@@ -121,19 +116,17 @@ def _offroad_page(runs: Sequence[TrainingRun], options: ReportOptions) -> tuple[
         _test_row(runs[k].name, name, n, attempt) for (k, name, n), (attempt, _) in driven.items()
     ]
     worlds = {stage.name: _world(stage) for stage in stages}
-    page = Page(
-        f"Learning to drive: {runs[0].plan.learner.algorithm}",
-        f"{', '.join(run.name for run in runs)}; stages {', '.join(s.name for s in stages)}.",
-        [_fact(stage.name, stage_rows) for stage in stages],
-        [
-            Section("Reward", _REWARD_TEXT, list(_rewards(runs))),
-            Section("Stages", _STAGES_TEXT, [_stages_table(stage_rows)]),
-            Section("Worlds", _WORLDS_TEXT, _worlds(worlds.values())),
-            Section("Scans", _SCANS_TEXT, [_scans(stages, worlds, driven)]),
-            Section("Tests", _TESTS_TEXT, [*_tests(runs, worlds, driven), Table(tests)]),
-        ],
-    )
-    return page, {"stages": stage_rows, "tests": tests}
+    sections = [
+        Section("Reward", _REWARD_TEXT, *_rewards(runs)),
+        Section("Stages", _STAGES_TEXT, _stages_table(stage_rows)),
+        Section("Worlds", _WORLDS_TEXT, *_worlds(worlds.values())),
+        Section("Scans", _SCANS_TEXT, _scans(stages, worlds, driven)),
+        Section("Tests", _TESTS_TEXT, *_tests(runs, worlds, driven), Table(tests)),
+    ]
+    title = f"Learning to drive: {runs[0].plan.learner.algorithm}"
+    lead = f"{', '.join(run.name for run in runs)}; stages {', '.join(worlds)}."
+    facts = [_fact(stage.name, stage_rows) for stage in stages]
+    return Page(title, lead, facts, sections), {"stages": stage_rows, "tests": tests}
 
 
 def _drive_all(
@@ -198,7 +191,7 @@ def _drive(runs: Sequence[TrainingRun], files: tuple[bytes, bytes, bytes], job: 
 
     def observe(result: StepResult) -> None:
         if result.scan is not None and result.readings.truth is not None:
-            first.append(Sight(result.readings.truth.pose, result.scan))
+            first.append((result.readings.truth.pose, result.scan))
             simulated_robot.navigator.observers.clear()
 
     simulated_robot.navigator.observers.append(observe)
@@ -285,16 +278,11 @@ def _reached(row: Row) -> Row:
     }
 
 
-def _worlds(worlds: Iterable[World]) -> list[Plot]:
-    """Return a world of each family, with its starts and goals (Figures 12 and 15)."""
-    return [
-        Plot(
-            world_figure(world),
-            f"world-{world.name}",
-            f"{world.name}: starts and goals (Fig. 12, 15)",
-        )
-        for world in {world.name: world for world in worlds}.values()
-    ]
+def _worlds(worlds: Iterable[World]) -> Iterator[Plot]:
+    """Yield a world of each family, with its starts and goals (Figures 12 and 15)."""
+    for name, world in {world.name: world for world in worlds}.items():
+        caption = f"{name}: starts and goals (Fig. 12, 15)"
+        yield Plot(world_figure(world), f"world-{name}", caption)
 
 
 def _scans(
@@ -307,7 +295,7 @@ def _scans(
         if sight is not None:
             scanner = offroad(stage).simulated_robot.sensing.scanner
             name = f"{stage.name}: {scanner} laser"
-            sights[name] = (worlds[stage.name], sight.pose, sight.scan)
+            sights[name] = (worlds[stage.name], *sight)
     grid = offroad(stages[0]).simulated_robot.grid
     caption = f"{', '.join(sights)} (Fig. 13)"
     return Plot(sights_figure(sights, grid), "scans", caption) if sights else None

@@ -109,5 +109,5 @@ def toy_table(data):
 def report_toy(folder):
     """Return a page about an evaluation, and its figures."""
     data = read_result(folder, "evaluation.json", ("rows",))
-    success = Section("Success", "Of all controllers.", [Rows(data["rows"])])
+    success = Section("Success", "Of all controllers.", Rows(data["rows"]))
     return Page("Toy", "Three worlds.", sections=[success]), {"rows": data["rows"]}

@@ -244,4 +244,4 @@ class Demonstration:
 
     def _add(self, title: str, text: str, *blocks: Block) -> None:
         """Add a section to the report."""
-        self._sections.append(Section(title, text, blocks))
+        self._sections.append(Section(title, text, *blocks))

@@ -144,7 +144,7 @@ def _success(result: Mapping[str, Any], config: RoomEvaluationConfig) -> Section
     return Section(
         "Success",
         f"{tasks} a cell. {_OTHER_ROOMS}",
-        Table(_over_rooms(rows), _TOGETHER, "All rooms together"),
+        Table(over_rooms(rows), _TOGETHER, "All rooms together"),
         *_ends(rows, first, number),
         *(
             Folded(f"How drives of {', '.join(names)} ended", _ends(rows, names, number))
@@ -192,7 +192,7 @@ def _ends(rows: Sequence[Row], names: Sequence[str], number: str) -> list[Plot]:
     ]
 
 
-def _over_rooms(rows: Sequence[Row]) -> list[Row]:
+def over_rooms(rows: Sequence[Row]) -> list[Row]:
     """Return the counts of all rooms together, a row a policy, laser and memory."""
     found: dict[tuple[str, ...], Counter[str]] = {}
     for row in rows:

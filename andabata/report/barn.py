@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from andabata.evaluation.barn import BarnEvaluationConfig, drive_path, load_world
+from andabata.evaluation.barn import BarnEvaluationConfig, drive_barn_run, load_world
 from andabata.evaluation.barn_table import run_of
 from andabata.report.blocks import Block, Fact, Folded, Plot, Table, Text
 from andabata.report.columns import interval, with_reached, word
@@ -127,7 +127,7 @@ def _driven(config: BarnEvaluationConfig, row: Row) -> tuple[str, tuple[Any, Any
     """Return title, and room, path and end of a run that is driven anew."""
     name, controller = row["world"], row["controller"]
     world = load_world(config, name)
-    result = drive_path(config, world, name, controller, row["trial"])
+    result = drive_barn_run(config, world, name, controller, row["trial"])
     end = str(result.outcome)
     # A time-out that never left its start has a name of its own in the table.
     changed = end not in (row["failure"], "timeout")

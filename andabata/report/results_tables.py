@@ -16,10 +16,10 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from andabata.bench.table import markdown_table
 from andabata.configuration.settings import explain
+from andabata.evaluation.room_table import over_rooms
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.report.columns import spoken, with_reached
 from andabata.report.folder import read_about, read_result
-from andabata.report.rooms import over_rooms
 from andabata.report.run_folders import EVALUATION
 from andabata.runs import atomic_io
 from andabata.runs.strict_json import dumps
@@ -88,7 +88,7 @@ class StoredRows(BaseModel):
 
     def table(self) -> str:
         """Return the table in Markdown: words for keys, intervals in the cell of their figure."""
-        rows = over_rooms(self.rows) if self.over_rooms else with_reached(self.rows)
+        rows = with_reached(over_rooms(self.rows) if self.over_rooms else self.rows)
         return markdown_table([spoken(_named_laser(row), self.columns) for row in rows])
 
 

@@ -1,6 +1,5 @@
 """Reports of evaluations in rooms, with the figures of Zhang et al. (arXiv 2010.10209)."""
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -10,9 +9,8 @@ import numpy as np
 from andabata.evaluation.room_drives import RoomAttempt, drive_tasks, drive_tour
 from andabata.evaluation.room_moments import watch_cell
 from andabata.evaluation.room_policies import TRAINED
-from andabata.evaluation.room_table import Cell
+from andabata.evaluation.room_table import Cell, over_rooms
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
-from andabata.evaluation.statistics import wilson_interval
 from andabata.evaluation.support_points import drive_with_support_points
 from andabata.machine.planar.lidar import TRAINING_LIDAR
 from andabata.report.blocks import Folded, Picture, Plot, Table, Text
@@ -60,9 +58,6 @@ _SHOWN_TASKS = 4
 
 _CELL = ("room", "policy", "lidar", "memory")
 """Columns that say what a cell is."""
-
-_COUNTS = ("trials", "successes", "collisions", "timeouts")
-"""Counts that are added up over rooms."""
 
 _TOGETHER = ("policy", "lidar", "memory", "reached", "success_rate", "collisions", "timeouts")
 """Columns of all rooms together."""
@@ -144,7 +139,7 @@ def _success(result: Mapping[str, Any], config: RoomEvaluationConfig) -> Section
     return Section(
         "Success",
         f"{tasks} a cell. {_OTHER_ROOMS}",
-        Table(over_rooms(rows), _TOGETHER, "All rooms together"),
+        Table(with_reached(over_rooms(rows)), _TOGETHER, "All rooms together"),
         *_ends(rows, first, number),
         *(
             Folded(f"How drives of {', '.join(names)} ended", _ends(rows, names, number))
@@ -190,25 +185,6 @@ def _ends(rows: Sequence[Row], names: Sequence[str], number: str) -> list[Plot]:
         Plot(ends_figure([row for row in mine if row["room"] in part], text), "ends", caption)
         for part in parts
     ]
-
-
-def over_rooms(rows: Sequence[Row]) -> list[Row]:
-    """Return the counts of all rooms together, a row a policy, laser and memory."""
-    found: dict[tuple[str, ...], Counter[str]] = {}
-    for row in rows:
-        counts = found.setdefault(tuple(row[key] for key in _CELL[1:]), Counter())
-        counts.update({key: row[key] for key in _COUNTS})
-    return with_reached(
-        {**dict(zip(_CELL[1:], cell, strict=True)), **counts, **_rate(counts)}
-        for cell, counts in found.items()
-    )
-
-
-def _rate(counts: Mapping[str, int]) -> Row:
-    """Return the success rate of counts with its interval."""
-    reached, trials = counts["successes"], counts["trials"]
-    low, high = wilson_interval(reached, trials)
-    return {"success_rate": reached / trials, "wilson_low": low, "wilson_high": high}
 
 
 def _cell_columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -11,11 +11,7 @@ from matplotlib.figure import Figure
 from andabata.report.blocks import (
     MOST_COLUMNS,
     Code,
-    Fact,
-    Facts,
-    Film,
     Folded,
-    Grid,
     Picture,
     Plot,
     Shown,
@@ -47,15 +43,13 @@ def text_of(block):
         (Text("x & y"), "<p>x &amp; y</p>"),
         (Code("a < b"), "<pre>a &lt; b</pre>"),
         (
-            Facts([Fact("goals", "3 of 4", "[0.3, 0.9]"), Fact("<", "&")]),
-            '<dl class="facts"><div><dt>goals</dt><dd>3 of 4<small>[0.3, 0.9]</small></dd></div>'
-            "<div><dt>&lt;</dt><dd>&amp;<small></small></dd></div></dl>",
-        ),
-        (
             Folded("a < b", [Text("one"), Text("two")]),
             "<details><summary>a &lt; b</summary><p>one</p><p>two</p></details>",
         ),
-        (Grid([Text("one"), Text("two")]), '<div class="grid"><p>one</p><p>two</p></div>'),
+        (
+            Folded("a", [Text("one"), Text("two")], is_grid=True),
+            '<details><summary>a</summary><div class="grid"><p>one</p><p>two</p></div></details>',
+        ),
     ],
 )
 def test_texts_are_escaped_and_stand_in_order(block, text):
@@ -77,7 +71,8 @@ def test_figures_and_films_are_known_under_names_of_their_own():
     shown = Shown()
     for _ in range(3):
         Plot(drawn(), "Paths, seed 0", "caption").to_html(shown)
-    Film(b"GIF", "a film", "caption").to_html(shown)
+    Picture(b"GIF", "caption", "gif", "a film").to_html(shown)
+    Picture(b"PNG", "caption").to_html(shown)
     assert list(shown.figures) == ["paths-seed-0", "paths-seed-0-2", "paths-seed-0-3"]
     assert shown.films == {"a-film.gif": b"GIF"}
     assert (plain("Table I: K = 2"), plain("!")) == ("table-i-k-2", "part")

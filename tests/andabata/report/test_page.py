@@ -6,7 +6,7 @@ import re
 from matplotlib.figure import Figure
 from PIL import Image
 
-from andabata.report.blocks import Fact, Film, Plot, Table, Text
+from andabata.report.blocks import Fact, Picture, Plot, Table, Text
 from andabata.report.page import Page, Section
 
 
@@ -19,15 +19,18 @@ def drawn():
 
 def test_a_page_holds_its_parts_in_order():
     """Title, contents, facts, then sections with their blocks; what is None is left out."""
-    one = Section("one & all", "x & y", [Table([{"name": "r"}]), None, Text("last")])
-    page = Page("a < b", "lead <", [Fact("goals", "3 of 4")], [one, None])
+    one = Section("one & all", "x & y", Table([{"name": "r"}]), None, Text("last"))
+    page = Page(
+        "a < b", "lead <", [Fact("goals", "3 of 4", "[0.3, 0.9]"), Fact("<", "&")], [one, None]
+    )
     text = page.with_section(Section("two")).to_bytes().decode()
     parts = [
         "<title>a &lt; b</title>",
         "<h1>a &lt; b</h1>",
         "lead &lt;</p>",
         '<nav><a href="#one-all">one &amp; all</a><a href="#two">two</a></nav>',
-        "<dt>goals</dt>",
+        '<dl class="facts"><div><dt>goals</dt><dd>3 of 4<small>[0.3, 0.9]</small></dd></div>',
+        "<div><dt>&lt;</dt><dd>&amp;<small></small></dd></div></dl>",
         '<h2 id="one-all">one &amp; all</h2><p>x &amp; y</p>',
         '<td class="t">r</td>',
         "<p>last</p>",
@@ -47,8 +50,8 @@ def test_a_page_holds_its_parts_in_order():
 def test_a_page_needs_no_network():
     """Nothing refers to another place: no addresses, no files beside the page."""
     curves = Plot(drawn(), "curves", "caption", drawn=True)
-    film = Film(b"film", "clip", "caption", "mp4")
-    section = Section("a", blocks=[curves, Plot(drawn(), "curves", "caption"), film])
+    film = Picture(b"film", "caption", "mp4")
+    section = Section("a", "", curves, Plot(drawn(), "curves", "caption"), film)
     text = Page("a", sections=[section]).to_bytes().decode()
     assert "http" not in text
     sources = re.findall(r'(?:src|href)="([^"]*)"', text)
@@ -61,7 +64,8 @@ def test_figures_are_written_as_png_and_svg_under_stable_names(tmp_path):
     files = []
     for folder in ("one", "two"):
         plots = [Plot(drawn(), "curves", "c", drawn=True), Plot(drawn(), "curves", "c")]
-        sections = [Section("a", blocks=plots), Section("b", blocks=[Film(b"GIF", "clip", "c")])]
+        clip = Picture(b"GIF", "c", "gif", "clip")
+        sections = [Section("a", "", *plots), Section("b", "", clip)]
         (tmp_path / folder).mkdir()
         files.append(Page("a", sections=sections).write_figures(tmp_path / folder))
     names = ["clip.gif", "curves.png", "curves.svg", "curves-2.png", "curves-2.svg"]

@@ -110,8 +110,8 @@ def test_policies_are_pooled_by_task():
 
 def test_counts_of_all_rooms_together_add_up_by_policy_laser_and_memory():
     """Ends are counted over both rooms; another policy has a row of its own."""
-    there = [*drives(), *drives(room="spn-env1"), *drives("b")]
-    both, other = over_rooms(room_table(there, [("a",), ("b",)]).rows)
+    rows = room_table([*drives(), *drives(room="spn-env1")], [("a",)]).rows
+    both, other = over_rooms([*rows, row_of(drives("b"))])
     names = ("policy", "lidar", "memory", "trials", "successes", "collisions", "timeouts")
     assert [both[name] for name in names] == ["a", "ten-beams", "map", 8, 4, 2, 2]
     assert [other[name] for name in names] == ["b", "ten-beams", "map", 4, 2, 1, 1]

@@ -105,26 +105,6 @@ def _layer(builder: MessageBuilder, values: NDArray[np.float32]) -> RosMessage:
     return builder.new("std_msgs/msg/Float32MultiArray", layout=layout, data=data)
 
 
-def layer_of(message: RosMessage, name: str) -> NDArray[np.float32]:
-    """Return a layer of a ``grid_map_msgs/GridMap``: first index along x, second along y, rising.
-
-    Args:
-        message: Map as grid_map sends it, its circular buffer at any start.
-        name: Name of the layer.
-
-    Raises:
-        ValueError: If the map has no such layer.
-    """
-    if name not in message.layers:
-        known = ", ".join(message.layers)
-        raise ValueError(f"layer: expected one of {known}, got {name!r}")
-    array = message.data[list(message.layers).index(name)]
-    columns, rows = (int(each.size) for each in array.layout.dim)
-    values = np.asarray(array.data, dtype=np.float32).reshape(columns, rows).T
-    start = (-int(message.outer_start_index), -int(message.inner_start_index))
-    return np.roll(values, start, axis=(0, 1))[::-1, ::-1]
-
-
 def path(builder: MessageBuilder, seconds: float, places: NDArray[np.float64]) -> RosMessage:
     """Return places as a ``nav_msgs/Path``; each pose heads for the next one.
 

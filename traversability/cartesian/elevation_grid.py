@@ -23,9 +23,6 @@ MAX_HEIGHT = 1.2
 ANY_AGE = (0.0, np.inf)
 """Span of ages of all cells that have points [s]."""
 
-Wrapping = PowerOfTwo
-"""Number of cells along an edge of the window, a power of two."""
-
 _MAX_ABS_Z = 1e4
 """Largest magnitude of a height that is a measurement [m]."""
 

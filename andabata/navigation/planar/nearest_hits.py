@@ -63,13 +63,6 @@ def find_nearest(hits: HitLayer, nearest: NearestHits) -> None:
 
 
 @kernel
-def distance_to_hit(nearest: NearestHits, x: float, y: float) -> float:
-    """Return the distance of a place from the hit nearest to its cell [m]."""
-    px, py = nearest_hit(nearest, x, y)
-    return float(np.sqrt((px - x) ** 2 + (py - y) ** 2))
-
-
-@kernel
 def nearest_hit(nearest: NearestHits, x: float, y: float) -> tuple[float, float]:
     """Return the hit nearest to the cell of a place [m]; beyond the square there is none."""
     u, v = (x - nearest.corner[0]) * nearest.per_metre, (y - nearest.corner[1]) * nearest.per_metre

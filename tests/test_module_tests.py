@@ -19,7 +19,6 @@ TESTED_BY = {
     # Commands, by what they do.
     "andabata/app/barn_tables": f"{APP}jobs/test_barn.py",
     "andabata/app/live": "tests/andabata/ros/test_navigator_node.py",
-    "andabata/app/options/view": f"{APP}options/test_shared.py",
     "andabata/app/verbs/bag": f"{APP}test_bag_exports.py",
     "andabata/app/verbs/classifier": "tests/andabata/evaluation/test_classifier.py",
     "andabata/app/verbs/clouds": "tests/andabata/datasets/test_generate.py",
@@ -82,7 +81,6 @@ TESTED_BY = {
     "andabata/report/plots/svg": f"{REPORT}test_page.py",
     "andabata/report/rooms": f"{REPORT}test_pages.py",
     "andabata/report/run_folders": f"{APP}jobs/test_drive.py",
-    "andabata/report/training_folder": f"{REPORT}test_success.py",
     # The live view, which a browser shows.
     "andabata/viewer/controls": BROWSER,
     "andabata/viewer/drive_view": BROWSER,

@@ -11,7 +11,7 @@ from typing import Any
 import typer
 
 from andabata.app.cli import app
-from andabata.app.reference.commands import walk
+from andabata.reference.commands import walk
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from andabata.app.console import Console, Step
-from andabata.app.jobs.event_files import EventFiles, Row
-from andabata.app.jobs.training_view import TrainingView
 from andabata.app.tables import training_text
 from andabata.configuration.usage import UsageError
 from andabata.engine import Engine
 from andabata.models import Models
 from andabata.runs.lock import locked_folder
+from andabata.training.event_files import EventFiles, Row
 from andabata.training.plans import StagePlan, TrainingPlan
+from andabata.training.progress_table import TrainingView
 from andabata.training.run import CHECKPOINT, learn
 from rl.curriculum import TrainingIteration
 from rl.sac import SacConfig

@@ -7,12 +7,12 @@ import pytest
 
 from andabata.app.console import Console
 from andabata.app.jobs import training
-from andabata.app.jobs.event_files import FOLDER, read_scalars
 from andabata.app.jobs.training import runs_summary, train_seeds, with_features
 from andabata.configuration.settings import resolve
 from andabata.configuration.usage import UsageError
 from andabata.engine import SerialEngine
 from andabata.models import Models
+from andabata.training.event_files import FOLDER, read_scalars
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, read_history
 

@@ -2,7 +2,7 @@
 
 import re
 
-from andabata.app.reference.commands import commands_page, walk
+from andabata.reference.commands import commands_page, walk
 
 PAGE = commands_page()
 SECTIONS = {

@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from andabata.app.jobs.training_view import EPISODES, StageProgress, TrainingView, warnings_of
+from andabata.training.progress_table import EPISODES, StageProgress, TrainingView, warnings_of
 from rl.curriculum import TrainingIteration
 from rl.curriculum_config import Stage
 

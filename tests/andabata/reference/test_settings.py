@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import BaseModel, Field
 
-from andabata.app.reference import settings
-from andabata.app.reference.settings import attributes, settings_page
+from andabata.reference import settings
+from andabata.reference.settings import attributes, settings_page
 
 
 class Inner(BaseModel):

@@ -1,6 +1,6 @@
 """Markdown tables."""
 
-from andabata.app.reference.tables import prose, table
+from andabata.reference.tables import prose, table
 
 
 def test_a_table_has_one_line_a_row():

@@ -2,8 +2,8 @@
 
 import pytest
 
-from andabata.app.reference import FOLDER, pages
-from andabata.app.reference.__main__ import main
+from andabata.reference import FOLDER, pages
+from andabata.reference.__main__ import main
 from tests.support.documents import ROOT
 
 PAGES = pages()
@@ -11,9 +11,9 @@ PAGES = pages()
 
 @pytest.mark.parametrize("name", PAGES)
 def test_the_committed_page_is_the_generated_one(name):
-    """A changed model or help text changes its page: `python -m andabata.app.reference`."""
+    """A changed model or help text changes its page: `python -m andabata.reference`."""
     committed = (ROOT / FOLDER / name).read_text(encoding="utf-8")
-    assert committed == PAGES[name], "run `python -m andabata.app.reference` and commit the page"
+    assert committed == PAGES[name], "run `python -m andabata.reference` and commit the page"
 
 
 def test_the_program_writes_the_pages(tmp_path):

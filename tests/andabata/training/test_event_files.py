@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from andabata.app.jobs.event_files import (
+from andabata.training.event_files import (
     FOLDER,
     EventFiles,
     EventFilesError,

@@ -184,7 +184,7 @@ RUN_KINDS: list[RunKind] = [
         shared=(RobotOptions, ClassifierOptions),
         evaluation=f"{_APP}jobs.offroad:offroad_evaluation",
         report=f"{_REPORT}evaluation:report_evaluation",
-        table=f"{_APP}tables:evaluation_tables",
+        table=f"{_APP}perturbation_tables:offroad_tables",
     ),
     RunKind(
         "evaluate in rooms",

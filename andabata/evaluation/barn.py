@@ -204,7 +204,7 @@ def drive_barn_run(
     draws = np.random.default_rng([*key, 1])
     navigator = barn_navigator(controller, believed, config.lidar, draws, config.policy)
     result = drive_to_goal(navigator, robot, task, config.rules, on_readings)
-    measures = BarnMeasures(world.optimal_time, result.left, result.speed)
+    measures = BarnMeasures(world.optimal_time, result.goal_distance, result.speed)
     return Attempt(
         contender=controller,
         scenario=name,

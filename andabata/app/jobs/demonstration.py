@@ -138,7 +138,7 @@ class Demonstration:
             generate_dataset(clouds, config, counts, self._seed, step, engine=engine)
         manifest = read_manifest(clouds)
         samples = split_samples(clouds, manifest, "train", PolarGrid())
-        few = ForestConfig(trees=self._config.trees, rate=0.2)
+        few = ForestConfig(trees=self._config.trees, learning_rate=0.2)
         forest = train_forest(samples, PolarGrid(), few, self._seed)
         scores = score_forest(forest, clouds, manifest, "validation")
         self._figures["classifier"] = scores

@@ -77,15 +77,15 @@ def self_test(on_check: Callable[[str], None] = lambda name: None) -> dict[str, 
     }
 
 
-def self_test_text(found: dict[str, Any]) -> str:
+def self_test_text(answers: dict[str, Any]) -> str:
     """Return the answers as text, one check a line."""
     lines = [
         f"{'PASS' if check['passed'] else 'FAIL'}  {check['name']:28} {check['figure']}"
-        for check in found["checks"]
+        for check in answers["checks"]
     ]
-    failed = sum(not check["passed"] for check in found["checks"])
+    failed = sum(not check["passed"] for check in answers["checks"])
     verdict = f"{failed} of {len(lines)} failed" if failed else f"all {len(lines)} passed"
-    return "\n".join([*lines, f"{verdict} in {found['seconds']:.1f} s"])
+    return "\n".join([*lines, f"{verdict} in {answers['seconds']:.1f} s"])
 
 
 def check_packages() -> Finding:

@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options.shared import ClassifierOptions, ConsoleOptions, Workers
+from andabata.app.options.models import ClassifierOptions
+from andabata.app.options.shared import ConsoleOptions, Workers
 
 
 @command

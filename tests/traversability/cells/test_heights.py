@@ -91,3 +91,16 @@ def test_dense_plants_lie_over_the_ground_that_is_extrapolated_from_before_them(
     bend[:, 2] = 0.006 * np.clip(bend[:, 0], 0, None) ** 2
     low, counts = feature(bend, "low_over_way")
     assert np.abs(low[16][counts[16] >= 20]).max() < 0.12
+
+
+def test_a_slope_goes_on_behind_a_gap():
+    """Where some rings have no points the ground is extrapolated from the last one before them."""
+    points = flat(0.0, 200_000).astype(float)
+    points[:, 2] = 0.1 * points[:, 0]
+    away = np.hypot(points[:, 0], points[:, 1])
+    seen = (away < 2.5) | (away > 4.0)
+    over, counts = feature(points[seen], "low_over_way")
+    known = counts[16] >= 20
+    behind = np.flatnonzero(known & (GRID.ring_edges[:-1] > 3.9))
+    assert len(behind) > 2
+    assert np.abs(over[16][behind]).max() < 0.05

@@ -65,12 +65,8 @@ TESTED_BY = {
     "andabata/training/expert_labels": "tests/andabata/training/test_distillation.py",
     "rl/curriculum_config": "tests/rl/test_curriculum.py",
     "rl/policies/point_features": "tests/rl/policies/test_point_set.py",
-    "rl/policies/squashed": "tests/rl/policies/test_mlp.py",
     "traversability/cells/columns": "tests/traversability/cells/test_shape.py",
-    "traversability/formats/table": "tests/traversability/formats/test_ply.py",
     "worlds/rays/geometry": "tests/worlds/rays/test_ground.py",
-    "worlds/rays/objects": "tests/worlds/rays/test_scene.py",
-    "worlds/sdf/notes": "tests/worlds/sdf/test_world.py",
     # Pages and pictures.
     "andabata/report/about": f"{REPORT}test_pages.py",
     "andabata/report/barn": f"{REPORT}test_pages.py",

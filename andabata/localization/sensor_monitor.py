@@ -91,7 +91,7 @@ class SensorMonitor:
 
         Args:
             now: Stamp of the state [s].
-            P: Covariance of the state, shape (18, 18).
+            P: Covariance of the state, shape (20, 20).
         """
         found = []
         for name, stamps, limit, text in self._timeouts:

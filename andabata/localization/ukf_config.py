@@ -20,6 +20,8 @@ class InitialSigma(NamedTuple):
         speed: Forward speed [m/s].
         hard_iron: Each axis of the robot's own magnetic field [uT].
         accel_bias: Each axis of the accelerometer's bias [m/s2].
+        wheel_scale: Share by which the wheels read too fast.
+        slope_slip: That share per sine of a climb.
     """
 
     tilt: float = 0.02
@@ -28,8 +30,10 @@ class InitialSigma(NamedTuple):
     position: float = 0.5
     height: float = 0.1
     speed: float = 0.05
-    hard_iron: float = 1.0
+    hard_iron: float = 2.0
     accel_bias: float = 0.03
+    wheel_scale: float = 0.02
+    slope_slip: float = 0.2
 
 
 class UkfConfig(BaseModel):

@@ -25,6 +25,7 @@ from andabata.localization.filter_period import (
 from andabata.localization.filter_state import (
     ACCEL_BIAS,
     ATTITUDE,
+    COMPASS_ERROR,
     GNSS_ERROR,
     GYRO_BIAS,
     HARD_IRON,
@@ -33,8 +34,10 @@ from andabata.localization.filter_state import (
     PITCH,
     POSITION,
     ROLL,
+    SLOPE_SLIP,
     SPEED,
     STATES,
+    WHEEL_SCALE,
     YAW,
     Belief,
     X,
@@ -79,18 +82,21 @@ _MIN_GNSS_ERROR = 1e-3
 """Least initial standard deviation of the correlated satellite error [m]: the covariance has to be
 positive definite."""
 
+_MIN_COMPASS_ERROR = 1e-3
+"""Least initial standard deviation of the compass error [rad]; see ``_MIN_GNSS_ERROR``."""
+
 _RESTART_SIGMA = 10.0
 """Standard deviation that is added to the position after a restart [m]."""
 
 _INFLATION = {
-    "compass": (COMPASS, slice(YAW, YAW + 1), 1.0),
+    "compass": (COMPASS, slice(COMPASS_ERROR, COMPASS_ERROR + 1), 1.0),
     "gnss": (GNSS, HORIZONTAL, 3.0),
 }
 """Row of counts, states and standard deviation [rad, m] of a first inflation, by sensor."""
 
 
 class UkfLocalizer:
-    """Unscented Kalman filter of 18 states, updated once per control period.
+    """Unscented Kalman filter of 20 states, updated once per control period.
 
     A late fix is inserted where it belongs: the filter returns to the period in which the fix was
     taken and runs again from there. The filter continues without a sensor that falls silent or
@@ -166,7 +172,7 @@ class UkfLocalizer:
         self._track.append(stamp, first.position, first.quaternion)
 
     def _initial_covariance(self, rough: bool) -> NDArray[np.float64]:
-        """Return the covariance at the start, shape (18, 18)."""
+        """Return the covariance at the start, shape (20, 20)."""
         config, noise = self._config, self._config.noise
         initial = config.rough_initial_sigma if rough else config.initial_sigma
         sigma = np.empty(STATES)
@@ -178,8 +184,11 @@ class UkfLocalizer:
         sigma[SPEED] = initial.speed
         sigma[LATERAL_SPEED] = max(initial.speed, noise.lateral_speed)
         sigma[HARD_IRON] = initial.hard_iron
+        sigma[COMPASS_ERROR] = max(noise.compass_error, _MIN_COMPASS_ERROR)
         sigma[GNSS_ERROR] = max(noise.gnss_error, _MIN_GNSS_ERROR)
         sigma[ACCEL_BIAS] = initial.accel_bias
+        sigma[WHEEL_SCALE] = initial.wheel_scale
+        sigma[SLOPE_SLIP] = initial.slope_slip
         return np.diag(sigma**2)
 
     def update(self, readings: SensorReadings) -> None:

@@ -20,7 +20,8 @@ class NoiseModel(NamedTuple):
         compass_error: Process: stationary standard deviation of the error of the compass heading
             that is neither white nor hard iron: soft iron and the motors' currents [rad].
         compass_error_time: Process: correlation time of that error [s].
-        gnss_error: Process: stationary standard deviation of the correlated satellite error [m].
+        gnss_error: Process: stationary standard deviation of the slow satellite error at the start
+            [m]; then what ``ReceiverError`` makes of the fixes.
         gnss_error_time: Process: correlation time of that error [s].
         accel_bias_walk: Process: random walk of the accelerometer's bias [m/s2/sqrt(s)].
         wheel_scale_walk: Process: random walk of the wheels' scale [1/sqrt(s)].
@@ -42,8 +43,8 @@ class NoiseModel(NamedTuple):
     hard_iron_walk: float = 0.001
     compass_error: float = 0.06
     compass_error_time: float = 60.0
-    gnss_error: float = 0.25
-    gnss_error_time: float = 60.0
+    gnss_error: float = 0.6
+    gnss_error_time: float = 300.0
     accel_bias_walk: float = 0.003
     wheel_scale_walk: float = 1e-4
     slope_slip_walk: float = 1e-3

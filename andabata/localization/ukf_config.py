@@ -5,6 +5,7 @@ from typing import NamedTuple
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.localization.filter_parameters import Gates, NoiseModel
+from andabata.localization.receiver_error import ReceiverConfig
 from andabata.machine.clock import CONTROL_PERIOD
 
 
@@ -45,6 +46,7 @@ class UkfConfig(BaseModel):
             gravity.
         noise: Process and measurement noise.
         gates: Largest normalised innovations squared that are accepted.
+        receiver: What is assumed of the satellite receiver.
         fix_sigma: Standard deviation of a fix without a covariance [m].
         vertical_ratio: Ratio of vertical to horizontal noise of a fix.
         max_delay: Largest delay of a fix that is still taken into account [s].
@@ -72,6 +74,7 @@ class UkfConfig(BaseModel):
     )
     noise: NoiseModel = NoiseModel()
     gates: Gates = Gates()
+    receiver: ReceiverConfig = Field(default_factory=ReceiverConfig)
     fix_sigma: float = Field(default=3.0, gt=0, le=100)
     vertical_ratio: float = Field(default=2.0, gt=0)
     max_delay: float = Field(default=2.0, gt=0, le=30)

@@ -46,7 +46,12 @@ from andabata.localization.filter_state import (
 )
 from andabata.localization.fix_conversion import FixConverter
 from andabata.localization.localizer import Health
-from andabata.localization.measurements import STAMP_TOLERANCE, Measurements
+from andabata.localization.measurements import (
+    HORIZONTAL_SIGMA,
+    STAMP_TOLERANCE,
+    Measurements,
+)
+from andabata.localization.receiver_error import ReceiverError
 from andabata.localization.replay_buffer import FilterPeriod, ReplayBuffer
 from andabata.localization.sensor_monitor import SensorMonitor, health_of
 from andabata.localization.sigma_points import Workspace
@@ -84,6 +89,9 @@ positive definite."""
 
 _MIN_COMPASS_ERROR = 1e-3
 """Least initial standard deviation of the compass error [rad]; see ``_MIN_GNSS_ERROR``."""
+
+_SLOW_CHANGE = 0.05
+"""Relative change of the slow satellite error that changes the filter."""
 
 _RESTART_SIGMA = 10.0
 """Standard deviation that is added to the position after a restart [m]."""
@@ -166,6 +174,9 @@ class UkfLocalizer:
         self._buffer.clear()
         self._ahead: Measurements | None = None  # Rows that wait for the next period.
         self._monitor = SensorMonitor(self._config, stamp)
+        self._receiver = ReceiverError(self._config.receiver)
+        self._model = self._model._replace(noise=self._config.noise)
+        self._models = packed(self._model)
         self._is_valid = True
         self._track.clear()
         first = self.odometry if own_origin else pose
@@ -224,14 +235,47 @@ class UkfLocalizer:
             return _NO_FIXES
         fixes, rejected = self._converter.to_map(given, self._x[Z])
         self._counts[GNSS, REJECTED] += rejected
-        return remove_lever_arm(fixes, self.pose.quaternion, readings.antenna)
+        fixes = remove_lever_arm(fixes, self.pose.quaternion, readings.antenna)
+        if len(fixes):
+            self._split_errors(fixes)
+        return fixes
+
+    def _split_errors(self, fixes: NDArray[np.float64]) -> None:
+        """Leave each fix its white noise alone, in place: its slow error is a state.
+
+        Args:
+            fixes: Rows of ``Measurements.gnss`` whose horizontal sigma is the stated one.
+        """
+        turn = self._x[YAW] - self._odometry[3]
+        sine, cosine = np.sin(turn), np.cos(turn)
+        for fix, place in zip(fixes, self._track.at(fixes[:, 0]), strict=True):
+            x, y = place[:2]
+            way = np.array([cosine * x - sine * y, sine * x + cosine * y])
+            self._receiver.add(float(fix[0]), fix[1:3] - way)
+        slow = self._receiver.slow(float(fixes[-1, HORIZONTAL_SIGMA]) ** 2)
+        if abs(slow - self._model.noise.gnss_error) > _SLOW_CHANGE * slow:
+            self._set_slow_error(slow)
+        fixes[:, HORIZONTAL_SIGMA] = self._receiver.white
+
+    def _set_slow_error(self, sigma: float) -> None:
+        """Change the standard deviation of the slow satellite error [m]."""
+        noise = self._model.noise
+        ratio = sigma / max(noise.gnss_error, _MIN_GNSS_ERROR)
+        if ratio > 1:
+            self._inflate(GNSS_ERROR, np.sqrt(sigma**2 - noise.gnss_error**2))
+        else:  # What is a smaller error than it was held for is so by its ratio.
+            self._x[GNSS_ERROR] *= ratio
+            self._P[GNSS_ERROR] *= ratio
+            self._P[:, GNSS_ERROR] *= ratio
+        self._model = self._model._replace(noise=noise._replace(gnss_error=sigma))
+        self._models = packed(self._model)
 
     def _inertial_rows(self, readings: SensorReadings) -> tuple[NDArray[np.float64], NoiseModel]:
         """Return the inertial rows, a gap before them bridged, and the noise to filter them with.
 
         In a gap longer than ``imu_timeout`` the yaw rate comes from the wheels.
         """
-        rows, noise = _rows(readings.imu, 7), self._config.noise
+        rows, noise = _rows(readings.imu, 7), self._model.noise
         first, end = first_inertial(rows), readings.stamp + TICK
         if first < len(rows):
             self._monitor.receive("imu", readings.stamp)

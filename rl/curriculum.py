@@ -210,7 +210,7 @@ class Curriculum:
         if stage.promote_at is None or len(self._at.recent) < stage.window:
             return False
         level = self._at.levels[self._at.stage]
-        hard = stage.difficulty is None or level == stage.difficulty.most
+        hard = stage.difficulty is None or level == stage.difficulty.max_level
         return hard and float(np.mean(self._at.recent)) >= stage.promote_at
 
     def _validate(self, stage: Stage, is_last: bool) -> dict[str, float]:
@@ -239,7 +239,7 @@ class Curriculum:
             EpisodeSpec(
                 len(config.stages) + stage,
                 (config.seed, stage, k, 0, 0, 3),
-                None if level is None else level.most,
+                None if level is None else level.max_level,
             )
             for k in range(config.validation)
         ]

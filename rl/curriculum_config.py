@@ -17,8 +17,8 @@ class Difficulty(BaseModel):
 
     Attributes:
         start: Difficulty of the first episodes.
-        least: Least difficulty.
-        most: Most difficulty; a stage is passed there alone.
+        min_level: Least difficulty.
+        max_level: Greatest difficulty; a stage is passed there alone.
         step: Difference between two levels.
         window: Number of episodes on a level before it is changed.
         raise_at: Share of successes in them from which the level rises.
@@ -28,8 +28,8 @@ class Difficulty(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     start: float = Field(default=0.3, ge=0, le=1)
-    least: float = Field(default=0.1, ge=0, le=1)
-    most: float = Field(default=0.5, ge=0, le=1)
+    min_level: float = Field(default=0.1, ge=0, le=1)
+    max_level: float = Field(default=0.5, ge=0, le=1)
     step: float = Field(default=0.1, gt=0, le=1)
     window: int = Field(default=16, ge=1)
     raise_at: float = Field(default=0.8, ge=0, le=1)
@@ -41,9 +41,11 @@ class Difficulty(BaseModel):
             return level
         share = float(np.mean(successes[-self.window :]))
         change = self.step * (int(share >= self.raise_at) - int(share < self.lower_at))
-        found = min(max(level + change, self.least), self.most)
+        found = min(max(level + change, self.min_level), self.max_level)
         # Thirds of the range end at its bounds, not a rounding error beside them.
-        near = [bound for bound in (self.least, self.most) if abs(found - bound) < _SAME_LEVEL]
+        near = [
+            bound for bound in (self.min_level, self.max_level) if abs(found - bound) < _SAME_LEVEL
+        ]
         return round(near[0] if near else found, 6)
 
 

@@ -29,7 +29,7 @@ class ReplayLearnerConfig(BaseLearnerConfig):
         tau: Share of the networks that moves into their targets at each step.
         batch_size: Number of decisions of a gradient step.
         updates_per_step: Number of gradient steps for each new decision.
-        actor_every: Number of gradient steps of the critics for one of the actor.
+        policy_delay: Number of gradient steps of the critics for one of the actor.
         warmup_episodes: Number of first episodes that the proportional controller plays (SPN: 100).
         buffer_size: Number of decisions that are remembered.
     """
@@ -42,7 +42,7 @@ class ReplayLearnerConfig(BaseLearnerConfig):
     tau: float = Field(default=0.005, gt=0, le=1)
     batch_size: int = Field(default=256, ge=8)
     updates_per_step: float = Field(default=0.3, gt=0)
-    actor_every: int = Field(default=1, ge=1)
+    policy_delay: int = Field(default=1, ge=1)
     warmup_episodes: int = Field(default=0, ge=0)
     buffer_size: int = Field(default=200_000, ge=1000)
 
@@ -107,7 +107,7 @@ class ReplayLearner(Learner):
     @property
     def _is_actor_due(self) -> bool:
         """True if the actor takes a step with the next one of the critics."""
-        return self._updates % self._settings.actor_every == 0
+        return self._updates % self._settings.policy_delay == 0
 
     def behaviour_policy(self) -> Policy:
         """Return what plays the episodes to learn from: the present actor after the warm-up."""

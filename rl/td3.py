@@ -35,14 +35,15 @@ class Td3Config(ReplayLearnerConfig):
             0.005).
         batch_size: Number of decisions of a gradient step (GDAE: 40).
         updates_per_step: Number of gradient steps for each new decision (GDAE: 1).
-        actor_every: Number of gradient steps of the critics for one of the actor and of all
+        policy_delay: Number of gradient steps of the critics for one of the actor and of all
             targets: the delay.
         loss: Loss of the critics: ``squared``, or ``huber``, which grows in a line beyond 1.
         target_noise: Standard deviation of the noise on the targets' actions, in shares.
         target_noise_clip: Bound of that noise.
         noise: Schedule of the exploration's noise.
-        turns: Random turns near obstacles, None for none.
-        kept: Network that is the policy: the ``actor``, or its ``target``, its running average.
+        random_turns: Random turns near obstacles, or None.
+        policy_network: Network that is the policy: the ``actor``, or its ``target``, its running
+            average.
     """
 
     algorithm: Literal["td3"] = "td3"
@@ -52,13 +53,13 @@ class Td3Config(ReplayLearnerConfig):
     tau: float = Field(default=0.01, gt=0, le=1)
     batch_size: int = Field(default=128, ge=8)
     updates_per_step: float = Field(default=1 / 32, gt=0)
-    actor_every: int = Field(default=2, ge=1)
+    policy_delay: int = Field(default=2, ge=1)
     loss: Literal["squared", "huber"] = "squared"
     target_noise: float = Field(default=0.2, ge=0)
     target_noise_clip: float = Field(default=0.5, ge=0)
     noise: NoiseSchedule = NoiseSchedule()
-    turns: RandomTurns | None = None
-    kept: Literal["actor", "target"] = "actor"
+    random_turns: RandomTurns | None = None
+    policy_network: Literal["actor", "target"] = "actor"
 
 
 class TwinDelayed(ReplayLearner):
@@ -116,13 +117,13 @@ class TwinDelayed(ReplayLearner):
 
     def _exploring_policy(self) -> Policy:
         """Return the present actor with the noise of its schedule."""
-        exploration = Exploration(sigma=self._sigma, turns=self.config.turns)
+        exploration = Exploration(sigma=self._sigma, random_turns=self.config.random_turns)
         return self.actor.policy({EXPLORATION: exploration.model_dump(mode="json")})
 
     def policy(self, info: dict[str, Any]) -> Policy:
         """Return the actor, or its running average, as a complete policy without noise."""
-        kept = self.actor if self.config.kept == "actor" else self.target_actor
-        return kept.policy(info)
+        is_actor = self.config.policy_network == "actor"
+        return (self.actor if is_actor else self.target_actor).policy(info)
 
     def _figures(self, critic_loss: float, value: float, of_actor: float) -> dict[str, float]:
         """Return mean critic loss, value and value of the actor's actions, and the noise."""

@@ -1,5 +1,11 @@
 """Worlds and scenes that many tests share."""
 
+import os
+
+# Read when the libraries are loaded. Tests run side by side, and so do their commands: threads of
+# one that wait for another's take several times the work.
+os.environ["OMP_NUM_THREADS"] = "1"
+
 import numpy as np
 import pytest
 import torch

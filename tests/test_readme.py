@@ -12,13 +12,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import chdir, suppress
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.bench.studies.ros_graph import Graph, enable_interrupts, has_tools, stop
 from andabata.bench.train_models import commands
@@ -65,6 +66,8 @@ REDUCED = {
     " --set 'learner.hidden=[16, 16]' --set learner.updates_per_step=0.02"
     " --set learner.episodes_per_iteration=4 --set stages.Rooms.environment.random_rooms=1",
     "report": "--tests 1 --workers 1",
+    # A clip needs no cloud, and half a second a frame.
+    "drive --world hill --seed 7302 --goal 20,-9 --clip": "--time-limit 1",
     "drive": "--time-limit 5",  # The first cloud takes 3.4 s, and a replay needs one.
     "evaluate --world": "--trials 1 --workers 1 --set terminations.time_limit=3",
     # A failure is drawn only after the first cloud, which takes 3.4 s.
@@ -92,6 +95,9 @@ MAKE = {
     "gallery": "takes ten minutes; tests/andabata/bench/test_gallery.py checks its commands",
     "soak": "takes ten minutes; tests/andabata/bench/studies/test_soak.py tests its parts",
 }
+NEEDS_SHELL = re.compile(r"[|&;<>$`]|--view")
+"""Syntax of a shell, and a page whose server ends with its process."""
+
 RAY_HEAD = "192.0.2.1:6379"
 """Address of the head of a cluster in the documents."""
 
@@ -197,16 +203,20 @@ def test_comments_and_ends_of_lines_are_those_of_a_shell():
 class Sheet:
     """Working folder like a fresh clone, in which the lines of a document run in their order."""
 
-    def __init__(self, folder: Path) -> None:
-        """Set up the folder and the environment."""
+    def __init__(self, folder: Path, as_typed: bool = True) -> None:
+        """Set up the folder and the environment.
+
+        Args:
+            folder: The folder.
+            as_typed: True if each line takes a shell and a process of its own.
+        """
+        self.as_typed = as_typed
         assert (Path(sys.prefix) / "bin/andabata").exists(), "expected an installed andabata"
         self.folder = folder
         (folder / ".venv").symlink_to(sys.prefix)
         # This checkout comes first; some documents have `andabata` without a path.
         path = f"{folder / '.venv/bin'}{os.pathsep}{os.environ['PATH']}"
         self.environment = os.environ | {"PYTHONPATH": str(ROOT), "PATH": path}
-        # Beside other tests the threads of one command would wait for each other.
-        self.environment["OMP_NUM_THREADS"] = "1"
 
     def start(self, line: str) -> "subprocess.Popen[str]":
         """Start a line in a shell."""
@@ -222,10 +232,18 @@ class Sheet:
         )
 
     def run(self, line: str) -> None:
-        """Run a line to its good end; the files of its options exist afterwards."""
-        process = self.start(line)
-        out, err = process.communicate()
-        assert process.returncode == 0, f"{line}\n{out}\n{err}"
+        """Run a line to its good end; the files of its options exist afterwards.
+
+        Lines of ``andabata`` that need no shell run in this process, which has all imports.
+        """
+        words = shlex.split(line)
+        if self.as_typed or not words[0].endswith("andabata") or NEEDS_SHELL.search(line):
+            process = self.start(line)
+            out, err = process.communicate()
+            assert process.returncode == 0, f"{line}\n{out}\n{err}"
+        else:
+            with chdir(self.folder):
+                assert main(words[1:]) == 0, line
         for path in re.findall(r"--(?:out|record) (\S+)", line):
             assert (self.folder / path).exists(), f"{line}: expected {path}"
 
@@ -297,8 +315,8 @@ def type_in(sheet: Sheet, block: Block) -> None:
 
 @pytest.mark.parametrize("document", [each for each in DOCUMENTS if blocks(each)])
 def test_the_lines_of_a_document_run_in_their_order(document, tmp_path):
-    """All lines of a document run to a good end, each after those before it."""
-    sheet = Sheet(tmp_path)
+    """All lines of a document run to a good end, each after those before it; README's as typed."""
+    sheet = Sheet(tmp_path, as_typed=document == "README.md")
     for block in blocks(document):
         type_in(sheet, block)
 

@@ -32,8 +32,8 @@ class AdaptationConfig(BaseModel):
         trees: Number of trees that correct the forest.
         max_depth: Largest number of splits from the root of a tree to a leaf.
         min_leaf: Smallest number of cells in a leaf.
-        rate: Learning rate.
-        shrink: L2 penalty of leaves.
+        learning_rate: Learning rate.
+        l2_regularization: L2 penalty of leaves.
         feature_share: Share of the features that each split chooses from.
         own_share: Share of the new cells in the weight of all cells.
         cells: Largest number of synthetic cells to fit to, drawn by chance.
@@ -45,8 +45,8 @@ class AdaptationConfig(BaseModel):
     trees: int = Field(default=60, ge=1, le=1000)
     max_depth: int = Field(default=4, ge=1, le=7)
     min_leaf: int = Field(default=20, ge=1)
-    rate: float = Field(default=0.2, gt=0, le=1)
-    shrink: float = Field(default=5.0, ge=0)
+    learning_rate: float = Field(default=0.2, gt=0, le=1)
+    l2_regularization: float = Field(default=5.0, ge=0)
     feature_share: float = Field(default=0.25, gt=0, le=1)
     own_share: float = Field(default=0.3, gt=0, lt=1)
     cells: int = Field(default=40_000, ge=100)

@@ -35,15 +35,16 @@ class ForestConfig(BaseModel):
             ``random`` forest.
         features: Set of features: the ``paper``'s five, a cell's ``own``, or ``all``, the
             neighbours' with them.
-        without: Names of features to leave out, for ablations.
+        excluded_features: Names of features to leave out, for ablations.
         trees: Number of trees.
         max_depth: Largest number of splits from the root of a tree to a leaf.
         min_leaf: Smallest number of cells in a leaf.
-        rate: Learning rate of boosted trees.
-        shrink: L2 penalty of boosted leaves.
-        near_miss: Cost of a blocked cell classified as free within ``near_range`` [false alarms].
-        far_miss: Cost of the same beyond ``near_range`` [false alarms].
-        near_range: Distance up to which ``near_miss`` holds [m].
+        learning_rate: Learning rate of boosted trees.
+        l2_regularization: L2 penalty of boosted leaves.
+        near_miss_cost: Cost of a blocked cell classified as free within ``near_range`` [false
+            alarms].
+        far_miss_cost: Cost of the same beyond ``near_range`` [false alarms].
+        near_range: Distance up to which ``near_miss_cost`` holds [m].
         screen_trees: Number of boosted trees of the screen, on a cell's own features; 0 for none.
         screen_loss: Share of the blocked cells that the screen may take for free.
         exits: Numbers of trees after which clear cells leave.
@@ -58,14 +59,14 @@ class ForestConfig(BaseModel):
 
     kind: Literal["boosted", "random"] = "boosted"
     features: FeatureSet = "all"
-    without: tuple[str, ...] = ()
+    excluded_features: tuple[str, ...] = ()
     trees: int = Field(default=300, ge=1, le=2000)
     max_depth: int = Field(default=6, ge=1, le=64)
     min_leaf: int = Field(default=200, ge=1)
-    rate: float = Field(default=0.12, gt=0, le=1)
-    shrink: float = Field(default=5.0, ge=0)
-    near_miss: float = Field(default=4.0, gt=0)
-    far_miss: float = Field(default=3.0, gt=0)
+    learning_rate: float = Field(default=0.12, gt=0, le=1)
+    l2_regularization: float = Field(default=5.0, ge=0)
+    near_miss_cost: float = Field(default=4.0, gt=0)
+    far_miss_cost: float = Field(default=3.0, gt=0)
     near_range: float = Field(default=5.0, ge=0)
     screen_trees: int = Field(default=12, ge=0, le=1000)
     screen_loss: float = Field(default=0.002, ge=0, lt=1)
@@ -77,7 +78,7 @@ class ForestConfig(BaseModel):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the features that trees may split by."""
-        return tuple(name for name in _SETS[self.features] if name not in self.without)
+        return tuple(name for name in _SETS[self.features] if name not in self.excluded_features)
 
 
 PAPER_RECIPE = ForestConfig(
@@ -88,8 +89,8 @@ PAPER_RECIPE = ForestConfig(
     min_leaf=3,
     screen_trees=0,
     exits=(),
-    near_miss=2.0,
-    far_miss=2.0,
+    near_miss_cost=2.0,
+    far_miss_cost=2.0,
     near_range=0.0,
 )
 """Parameters of the paper's protocol: a random forest on five features; its size is an
@@ -108,9 +109,9 @@ def train_forest(
 ) -> Forest:
     """Choose thresholds, screen and exits on held-out worlds, then fit the trees to all worlds.
 
-    A threshold is the one that costs least on the held-out worlds, a miss counting ``near_miss`` or
-    ``far_miss`` false alarms. With a single world there is nothing to hold out: no screen then, and
-    the thresholds of perfect calibration, ``1 / (1 + cost)``.
+    A threshold is the one that costs least on the held-out worlds, a miss counting
+    ``near_miss_cost`` or ``far_miss_cost`` false alarms. With a single world there is nothing to
+    hold out: no screen then, and the thresholds of perfect calibration, ``1 / (1 + cost)``.
 
     Args:
         samples: Labelled cells.
@@ -125,7 +126,7 @@ def train_forest(
     worlds = np.unique(samples.world)
     shuffled = np.random.default_rng(seed).permutation(worlds)
     is_held = np.isin(samples.world, shuffled[: max(1, round(config.held_out * len(worlds)))])
-    thresholds = {"near": 1 / (1 + config.near_miss), "far": 1 / (1 + config.far_miss)}
+    thresholds = {"near": 1 / (1 + config.near_miss_cost), "far": 1 / (1 + config.far_miss_cost)}
     limit: float | None = None
     exits: tuple[Exit, ...] = ()
     first, held = samples.select(~is_held), samples.select(is_held)
@@ -171,7 +172,7 @@ def _fit_forest(
 def _fit_screen(samples: CellSamples, config: ForestConfig, seed: int) -> Trees:
     """Return the trees of a screen, on a cell's own features."""
     names = tuple(name for name in config.names if name in OWN_FEATURES)
-    eager = config.model_copy(update={"rate": max(config.rate, _SCREEN_RATE)})
+    eager = config.model_copy(update={"learning_rate": max(config.learning_rate, _SCREEN_RATE)})
     return _fit_trees(samples, eager, names, config.screen_trees, seed)
 
 
@@ -230,8 +231,8 @@ def _cheapest_thresholds(
     return {
         zone: cheapest_threshold(held.blocked[inside], probability[inside], cost)
         for zone, inside, cost in (
-            ("near", near, config.near_miss),
-            ("far", ~near, config.far_miss),
+            ("near", near, config.near_miss_cost),
+            ("far", ~near, config.far_miss_cost),
         )
         if held.blocked[inside].any()
     }

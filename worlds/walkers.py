@@ -85,7 +85,7 @@ def _plan(config: WalkerConfig, rng: np.random.Generator) -> MoverPlan:
         height=height,
         speed=speed,
         appears_at=begin * _LATEST if passes else 0.0,
-        lasts=_SHORTEST + stay * (_LONGEST - _SHORTEST) if passes else None,
+        duration=_SHORTEST + stay * (_LONGEST - _SHORTEST) if passes else None,
     )
 
 

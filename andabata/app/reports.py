@@ -7,16 +7,12 @@ from typing import Any
 
 from rich.console import RenderableType
 
-from andabata.app.console import Console
-from andabata.app.options.shared import ClassifierOptions
 from andabata.app.run_kinds import RUN_KINDS, RunKind, known_kind
 from andabata.configuration.usage import UsageError
-from andabata.report.about import add_about
+from andabata.report.about import about_section
 from andabata.report.folder import RunFolderError, read_about
-from andabata.report.page import Report
-
-Made = tuple[Report, dict[str, Any]]
-"""Page, and its figures ready for JSON."""
+from andabata.report.options import ReportOptions
+from andabata.report.page import Page
 
 
 @dataclass(frozen=True)
@@ -29,26 +25,9 @@ class MadeReport:
         shown: Table for people.
     """
 
-    page: Report
+    page: Page
     data: dict[str, Any]
     shown: RenderableType
-
-
-@dataclass(frozen=True)
-class ReportOptions:
-    """What the report of off-road training drives.
-
-    Attributes:
-        models: Classifiers of off-road runs.
-        tests: Number of drives of each off-road stage's policy.
-        workers: Number of processes.
-        console: Console that shows the progress.
-    """
-
-    models: ClassifierOptions
-    tests: int
-    workers: int
-    console: Console
 
 
 def run_folders(folders: Sequence[Path]) -> list[Path]:
@@ -82,7 +61,7 @@ def make_report(folders: Sequence[Path], options: ReportOptions) -> MadeReport:
 
     Args:
         folders: Folders of the runs.
-        options: Drives of off-road training.
+        options: What the report of off-road training drives, and with what.
 
     Raises:
         UsageError: If the runs are of several kinds, or one would be enough.
@@ -99,47 +78,7 @@ def make_report(folders: Sequence[Path], options: ReportOptions) -> MadeReport:
         raise UsageError(f"runs: expected one folder of `{kind.name}`, got {len(folders)}")
     given = (folders, options) if kind.takes_several else folders
     page, data = kind.function("report")(*given)
-    add_about(page, folders)
-    return MadeReport(page, data, kind.function("table")(data))
-
-
-def report_offroad_training(folders: Sequence[Path], options: ReportOptions) -> Made:
-    """Return the report of off-road training."""
-    from andabata.report.training import report_runs
-    from andabata.report.training_folder import common_stages, read_runs
-
-    loaded = options.models.load()
-    found = read_runs(folders, loaded)
-    drives = len(found) * len(common_stages(found)) * options.tests
-    with options.console.progress("test drives", drives) as step:
-        return report_runs(
-            found,
-            loaded,
-            tests=options.tests,
-            workers=options.workers,
-            on_test=lambda: step(1),
-        )
-
-
-def report_spn_training(folders: Sequence[Path], _: ReportOptions) -> Made:
-    """Return the report of training for SPN."""
-    from andabata.report.room_training import report_room_training
-
-    return report_room_training(folders)
-
-
-def report_td3_training(folders: Sequence[Path], _: ReportOptions) -> Made:
-    """Return the report of training for TD3's task."""
-    from andabata.report.success import report_success
-
-    return report_success(folders)
-
-
-def report_several_drives(folders: Sequence[Path], _: ReportOptions) -> Made:
-    """Return the report of drives in one world."""
-    from andabata.report.drive import report_drives
-
-    return report_drives(folders)
+    return MadeReport(page.with_section(about_section(folders)), data, kind.shown(data))
 
 
 def _is_parent(folder: Path, seeds: Sequence[Path]) -> bool:

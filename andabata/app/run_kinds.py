@@ -9,6 +9,7 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from andabata.app.command import Given
+from andabata.app.console import table_of
 from andabata.app.options.evaluation import (
     BarnEvaluationOptions,
     OffroadEvaluationOptions,
@@ -17,9 +18,12 @@ from andabata.app.options.evaluation import (
 )
 from andabata.app.options.shared import ClassifierOptions, RobotOptions, SettingsOptions
 from andabata.configuration.usage import UsageError
+from andabata.report.columns import spoken
 from andabata.tasks.registration import ROOM_TASK_NAMES
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from andabata.app.jobs.evaluation import Evaluation
 
 OFFROAD, BARN = "offroad", "barn"
@@ -54,7 +58,9 @@ class RunKind:
         verbs: Commands as ``run.json`` has them.
         report: Function that returns the page and its figures from the folder of a run, or, if it
             takes several, from their folders and ``ReportOptions``.
-        table: Function that returns the table for people from the figures or the result.
+        table: Function that returns the table for people from the figures or the result; or the key
+            of the figures whose rows are the table.
+        columns: Columns of such rows that a terminal has room for; none for all.
         tasks: Values of ``--task``; none for a verb without.
         options: Groups of options that belong to its task, and to those that name them too.
         shared: Groups of options of the verb that other tasks of it refuse.
@@ -68,6 +74,7 @@ class RunKind:
     verbs: tuple[str, ...]
     report: str
     table: str
+    columns: tuple[str, ...] = ()
     tasks: tuple[str, ...] = ()
     options: tuple[type, ...] = ()
     shared: tuple[type, ...] = ()
@@ -85,6 +92,13 @@ class RunKind:
         found: Callable[..., Any] = resolve_name(getattr(self, part))
         return found
 
+    def shown(self, data: Mapping[str, Any]) -> "RenderableType":
+        """Return the table for people of a report's figures."""
+        if ":" not in self.table:
+            return table_of([spoken(row, self.columns or None) for row in data[self.table]])
+        table: RenderableType = self.function("table")(data)
+        return table
+
     def start(self, request: EvaluationRequest) -> "Evaluation":
         """Return the evaluation of a request, after a check that no other task's options are there.
 
@@ -99,12 +113,21 @@ class RunKind:
 
 _APP, _REPORT = "andabata.app.", "andabata.report."
 
+_ATTEMPT = ("drive", "goal", "outcome", "time_s", "distance_m", "spl")
+"""Columns of an attempt that a terminal has room for."""
+
+_ACTOR = (
+    *("actor", "seeds", "best_score_hardest_room", "best_score", "seeds_with_all_tasks"),
+    *("last_reached", "best_steps_to_oracle"),
+)
+"""Columns of an actor that a terminal has room for."""
+
 RUN_KINDS: list[RunKind] = [
     RunKind(
         "clouds generate",
         ("clouds generate",),
         report=f"{_REPORT}clouds:report_clouds",
-        table=f"{_APP}report_tables:splits_table",
+        table="splits",
     ),
     RunKind(
         "classifier train or evaluate",
@@ -123,31 +146,33 @@ RUN_KINDS: list[RunKind] = [
         ("train",),
         tasks=(OFFROAD,),
         shared=(RobotOptions, ClassifierOptions),
-        report=f"{_APP}reports:report_offroad_training",
-        table=f"{_APP}report_tables:drives_table",
+        report=f"{_REPORT}training:report_training",
+        table="tests",
         takes_several=True,
     ),
     RunKind(
         "train --task spn",
         ("train",),
         tasks=("spn",),
-        report=f"{_APP}reports:report_spn_training",
-        table=f"{_APP}report_tables:actors_table",
+        report=f"{_REPORT}training:report_training",
+        table="groups",
+        columns=_ACTOR,
         takes_several=True,
     ),
     RunKind(
         "train --task td3",
         ("train",),
         tasks=("td3",),
-        report=f"{_APP}reports:report_td3_training",
-        table=f"{_APP}report_tables:plans_table",
+        report=f"{_REPORT}training:report_training",
+        table="groups",
         takes_several=True,
     ),
     RunKind(
         "drive",
         ("drive",),
-        report=f"{_APP}reports:report_several_drives",
-        table=f"{_APP}report_tables:goals_table",
+        report=f"{_REPORT}drive:report_drives",
+        table="goals",
+        columns=_ATTEMPT,
         view=f"{_APP}viewing:drive_view",
         takes_several=True,
     ),
@@ -159,7 +184,7 @@ RUN_KINDS: list[RunKind] = [
         shared=(RobotOptions, ClassifierOptions),
         evaluation=f"{_APP}jobs.offroad:offroad_evaluation",
         report=f"{_REPORT}evaluation:report_evaluation",
-        table=f"{_APP}tables:evaluation_tables",
+        table=f"{_APP}perturbation_tables:offroad_tables",
     ),
     RunKind(
         "evaluate in rooms",

@@ -11,7 +11,8 @@ from andabata.app.tables import scan_text
 from andabata.exports.topics import decode_bag_cloud
 from andabata.records.containers.opening import is_recording
 from andabata.records.frames.sensor_pose import GivenMounting
-from andabata.report.page import Report
+from andabata.report.blocks import Plot
+from andabata.report.page import Page, Section
 from andabata.report.plots.axes import png
 from andabata.report.plots.perception import scan_figure
 from andabata.runs import atomic_io
@@ -87,7 +88,7 @@ def scan_files(
         ValueError: If the only file cannot be read or scanned.
         OSError: If the only file cannot be opened.
     """
-    page = Report("Clouds and their virtual scans")
+    sections: list[Section] = []
     found: list[dict[str, Any]] = []
     for file in files:
         try:
@@ -103,9 +104,11 @@ def scan_files(
         found.append({"file": str(file), **data, "picture": str(path)})
         for note in data["notes"]:
             on_note(f"note: {file.name}: {note}")
-        page.section(file.name, " ".join([scan_text(data), *data["notes"]]))
-        page.figure(drawn, f"scan-{file.stem}", "Points, cells and ranges")
+        plot = Plot(drawn, f"scan-{file.stem}", "Points, cells and ranges")
+        text = " ".join([scan_text(data), *data["notes"]])
+        sections.append(Section(file.name, text, plot))
     if report is not None:
+        page = Page("Clouds and their virtual scans", sections=sections)
         atomic_io.write(report, page.to_bytes())
     return found
 

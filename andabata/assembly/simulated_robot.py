@@ -2,11 +2,13 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from andabata.assembly.navigator import NavigatorConfig, make_navigator
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
+from andabata.machine.reality import Reality
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.machine.simulator import Simulator, reseed
 from andabata.machine.vehicle import Plant
@@ -24,9 +26,11 @@ class SimulatedRobotConfig(NavigatorConfig):
     Attributes:
         plant: Name of the plant: ``bullet``, that of all published results; ``wheels``, close to it
             and fast, for development; or ``kinematic``, for training.
+        reality: Differences between the simulated robot and the one that the navigator believes.
     """
 
     plant: Plant = "bullet"
+    reality: Reality = Field(default_factory=Reality)
 
 
 class SimulatedRobot:
@@ -79,8 +83,11 @@ class SimulatedRobot:
         self, start: Start, goal: NDArray[np.float64], rng: np.random.Generator
     ) -> SensorReadings:
         """Put the robot down at a start, heading for a goal [m]."""
-        self._rng.bit_generator.state = rng.spawn(1)[0].bit_generator.state
-        readings = self.simulator.reset(start)
+        drive = rng.spawn(1)[0]
+        self._rng.bit_generator.state = drive.bit_generator.state
+        # From a stream of its own: what differs moves no noise.
+        constants = self.config.reality.draw(drive.spawn(1)[0])
+        readings = self.simulator.reset(start, constants)
         reseed(self._errors, self._rng)
         if readings.truth is None:
             raise ValueError("truth: expected the simulator's true state, got none")

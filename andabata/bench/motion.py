@@ -17,10 +17,12 @@ from andabata.localization.noisy_ground_truth import (
 from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.reality import TrueConstants
 from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.machine.simulator import Simulator
 from andabata.models import shipped_forest
 from andabata.navigation.cloud_assembly import CloudAssembler
+from traversability.grid import PolarGrid
 from traversability.scanner import TraversabilityScanner
 from worlds.scenes import Scene, SceneCache
 from worlds.splits import evaluation_world
@@ -158,7 +160,8 @@ def _ride(config: SimulatedRobotConfig, seed: int, ride: Ride) -> list[dict[str,
     robot, lidar = config.robot, config.sensing.lidar
     simulator = Simulator(scene.world, scene.rays, robot, config.plant, config.sensing, rng)
     start = scene.world.tasks[0].start
-    readings = simulator.reset(start)
+    constants = config.reality.draw(rng.spawn(1)[0])
+    readings = simulator.reset(start, constants)
     localizers = (
         UkfLocalizer(config.filter, robot, config.sensing.geo_reference),
         NoisyGroundTruthLocalizer(_TRUE, rng),
@@ -188,7 +191,8 @@ def _ride(config: SimulatedRobotConfig, seed: int, ride: Ride) -> list[dict[str,
                 assembler.relative(localizer.odometry).points
                 for assembler, localizer in ((ours, filter_), (skewed, filter_), (true, truth))
             ]
-            found.append(_compared(scene, config, readings, clouds, rng))
+            standing = partial(_standing, scene, config, constants, readings, rng)
+            found.append(_compared(config.grid, clouds, standing))
     simulator.close()
     return found
 
@@ -201,26 +205,21 @@ def _pose(readings: SensorReadings) -> Pose:
 
 
 def _compared(
-    scene: Scene,
-    config: SimulatedRobotConfig,
-    readings: SensorReadings,
+    grid: PolarGrid,
     clouds: list[NDArray[np.float32]],
-    rng: np.random.Generator,
+    stand: Callable[[], NDArray[np.float32]],
 ) -> dict[str, float]:
     """Return errors of the points and agreement of the scans at one instant.
 
     Args:
-        scene: World and its rays.
-        config: Configuration of the robot.
-        readings: Readings of the instant, with the true pose.
+        grid: Polar grid of the scans.
         clouds: Clouds placed with the filter's track, with its latest pose alone, and with the true
             track; relative to the robot [m], shape (n, 3) each.
-        rng: Noise of the robot that stands still.
+        stand: Function that returns the cloud of a robot that stands still there.
     """
     ours, skewed, true = clouds
-    scanner = TraversabilityScanner(shipped_forest(), config.grid)
-    standing = _standing(scene, config, readings, rng)
-    again = _standing(scene, config, readings, rng)
+    scanner = TraversabilityScanner(shipped_forest(), grid)
+    standing, again = stand(), stand()
     rings = [_rings(scanner, points) for points in (ours, skewed, true, standing, again)]
     still = rings[3]
     return {
@@ -236,7 +235,11 @@ def _compared(
 
 
 def _standing(
-    scene: Scene, config: SimulatedRobotConfig, readings: SensorReadings, rng: np.random.Generator
+    scene: Scene,
+    config: SimulatedRobotConfig,
+    constants: TrueConstants,
+    readings: SensorReadings,
+    rng: np.random.Generator,
 ) -> NDArray[np.float32]:
     """Return the cloud of a robot that stands still where the moving one is, in its frame."""
     pose = _pose(readings)
@@ -244,7 +247,7 @@ def _standing(
     start = Start(float(pose.position[0]), float(pose.position[1]), pose.yaw)
     localizer = NoisyGroundTruthLocalizer(_TRUE, rng)
     assembler = CloudAssembler(config.assembly, config.robot.lidar_height)
-    there = simulator.reset(start)
+    there = simulator.reset(start, constants)
     localizer.reset(_pose(there), there.stamp)
     while assembler.cloud is None:
         there = simulator.step(_STILL)

@@ -18,19 +18,19 @@ LASERS = (
 """Names of the lasers."""
 
 _SPLIT = ("--set", "clouds_per_world=12")
-_THIN = ("--set", "varied=1.0", "--set", "assembly.dense_stride=3")
+_THIN = ("--set", "varied_share=1.0", "--set", "assembly.dense_stride=3")
 _VARIED = tuple(
     word
     for setting in (
-        "varied=1.0",
-        "heights=[0.3, 2.0]",
-        "tilts=[0.0, 0.175]",
-        "kept=[0.1, 1.0]",
-        "hidden=12",
+        "varied_share=1.0",
+        "lidar_heights=[0.3, 2.0]",
+        "lidar_tilts=[0.0, 0.175]",
+        "point_shares=[0.1, 1.0]",
+        "max_hidden_directions=12",
         "grass=[0.02, 0.15]",
         "litter=[0.0, 0.025]",
         "undulation=[0.005, 0.05]",
-        "exact=0.08",
+        "exact_share=0.08",
         "difficulty=[0.0, 1.0]",
     )
     for word in ("--set", setting)
@@ -39,19 +39,28 @@ _MEADOWS = (
     "--set",
     'presets=["forest", "hill", "lake", "park", "natural", "hollow", "maze", "meadow", "meadow"]',
 )
-_PLAIN = ("--set", 'presets=["plain", "meadow"]', "--set", "reach=20", "--set", "close=0")
+_PLAIN = (
+    "--set",
+    'presets=["plain", "meadow"]',
+    "--set",
+    "max_hazard_distance=20",
+    "--set",
+    "close_share=0",
+)
 
 
 def data_sets() -> dict[str, list[str]]:
     """Return the options of each data set by name, in the order in which they are trained on."""
-    stony = ("--set", "varied=0.6", "--set", 'presets=["stony"]')
+    stony = ("--set", "varied_share=0.6", "--set", 'presets=["stony"]')
     found = {
-        "c0": _options(100, 2000, 320, "--set", "varied=0.5"),
-        "c2": _options(105, 800, 24, *_THIN, "--set", "kept=[0.15, 0.6]"),
+        "c0": _options(100, 2000, 320, "--set", "varied_share=0.5"),
+        "c2": _options(105, 800, 24, *_THIN, "--set", "point_shares=[0.15, 0.6]"),
         "c1": _options(104, 800, 96, *_THIN),
     }
     for k, laser in enumerate(("os1-64", "vlp-16", "livox-rosette")):
-        found[f"c{3 + k}"] = _options(111 + k, 360, 96, "--sensor", laser, "--set", "varied=0.8")
+        found[f"c{3 + k}"] = _options(
+            111 + k, 360, 96, "--sensor", laser, "--set", "varied_share=0.8"
+        )
     found["c6"] = _options(114, 1200, 84, *stony)
     for name, first, counts, more in (
         ("d", 120, (360, 48), _MEADOWS),

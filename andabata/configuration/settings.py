@@ -81,7 +81,8 @@ def explain(error: ValidationError, kind: type[BaseModel] | None = None) -> str:
         return f"{name}: expected a known field, got this one; {hint}"
     message = first["msg"].removeprefix("Value error, ")
     got = first.get("input")
-    shown = f", got {got!r}" if not isinstance(got, dict | BaseModel) else ""
+    says_it = isinstance(got, dict | BaseModel) or f"got {got!r}" in message
+    shown = "" if says_it else f", got {got!r}"
     return f"{name}: {message[0].lower()}{message[1:]}{shown}"
 
 

@@ -89,7 +89,7 @@ def _world(case: FieldCase, rng: np.random.Generator) -> World:
 
 
 _COVER: dict[str, dict[str, object]] = {
-    "noiseless": {"exact": 1.0},
+    "noiseless": {"exact_share": 1.0},
     "grass": {"grass": (0.05, 0.15)},
     "litter": {"litter": (0.005, 0.025)},
     "undulation": {"undulation": (0.02, 0.05), "grass": (0.05, 0.15)},
@@ -100,7 +100,12 @@ _COVER: dict[str, dict[str, object]] = {
 
 def _config(case: FieldCase) -> CloudsConfig:
     """Return the settings of a case's cloud: taken at a standstill, all beams kept."""
-    taken = {"still": 1.0, "carry_time": 0.0, "varied": 1.0, "kept": (1.0, 1.0)}
-    heights = {"heights": (case.height, case.height), "cover_share": 1.0}
+    taken = {
+        "standstill_share": 1.0,
+        "carry_time": 0.0,
+        "varied_share": 1.0,
+        "point_shares": (1.0, 1.0),
+    }
+    heights = {"lidar_heights": (case.height, case.height), "cover_share": 1.0}
     cover = _COVER.get(case.kind, {})
     return CloudsConfig.model_validate(sensor_settings(case.sensor) | taken | heights | cover)

@@ -26,7 +26,7 @@ BLIND_EDGE = 0.8
 0.72 m."""
 
 _SUITE_SEED = 2_000_000_000
-_CONFIG = CloudsConfig(still=1.0, carry_time=0.0)
+_CONFIG = CloudsConfig(standstill_share=1.0, carry_time=0.0)
 
 
 @dataclass(frozen=True)

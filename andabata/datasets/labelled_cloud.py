@@ -50,31 +50,32 @@ class CloudsConfig(BaseModel):
         tilt_sigma: Span of the standard deviation of roll and pitch of the estimated pose [rad].
         drift_sigma: Span of the standard deviation of the estimated position [m], which wanders
             with a correlation time of a minute.
-        still: Share of clouds that are taken at a standstill.
-        varied: Share of clouds that another robot might have taken: its laser mounted at another
-            height and tilted, with fewer points, and parts of its view hidden. A classifier that
-            learns from them depends on none of these.
-        heights: Span of the optical centre's height in varied clouds [m].
-        tilts: Span of the laser's tilt in varied clouds [rad], towards any side.
-        kept: Span of the share of points kept in varied clouds.
-        hidden: Largest number of directions in which part of the view of a varied cloud is hidden,
-            as by parts of the robot or by ground too dark to return a beam.
+        standstill_share: Share of clouds that are taken at a standstill.
+        varied_share: Share of clouds that another robot might have taken: its laser mounted at
+            another height and tilted, with fewer points, and parts of its view hidden. A classifier
+            that learns from them depends on none of these.
+        lidar_heights: Span of the optical centre's height in varied clouds [m].
+        lidar_tilts: Span of the laser's tilt in varied clouds [rad], towards any side.
+        point_shares: Span of the share of points kept in varied clouds.
+        max_hidden_directions: Largest number of directions in which part of the view of a varied
+            cloud is hidden, as by parts of the robot or by ground too dark to return a beam.
         cover_share: Share of the varied clouds that have each of grass, litter and undulations.
         grass: Span of the height of low grass [m]. It stops some of the beams above the ground,
             which stays drivable (assumption: to 15 cm; what is higher is an object of the world).
         litter: Span of the height of leaf litter, root mean square [m].
         undulation: Span of the height of undulations of the ground, with waves of 0.3 to 2 m, root
             mean square [m].
-        cover: Largest scatter of grass, litter and undulations together, root mean square [m]: what
-            is higher is scaled down, since low plants on broken ground are not told from high ones
-            on level ground.
-        exact: Share of the clouds that are taken without noise, dropout and errors of the pose, as
-            another simulator's are.
-        room: Least distance of the nearest forbidden ground [m].
-        reach: Largest distance of the nearest forbidden ground, so that there is something to see
-            [m].
-        close: Share of the clouds that are taken closer than ``close_reach``, where misses count.
-        close_reach: Largest distance of the nearest forbidden ground for close clouds [m].
+        max_cover: Largest scatter of grass, litter and undulations together, root mean square [m]:
+            what is higher is scaled down, since low plants on broken ground are not told from high
+            ones on level ground.
+        exact_share: Share of the clouds that are taken without noise, dropout and errors of the
+            pose, as another simulator's are.
+        min_hazard_distance: Least distance of the nearest forbidden ground [m].
+        max_hazard_distance: Largest distance of the nearest forbidden ground, so that there is
+            something to see [m].
+        close_share: Share of the clouds that are taken closer than ``max_close_distance``, where
+            misses count.
+        max_close_distance: Largest distance of the nearest forbidden ground for close clouds [m].
         carry_time: Longest time for which the robot drives on and carries the complete cloud
             along, as it does between two clouds [s].
     """
@@ -95,26 +96,34 @@ class CloudsConfig(BaseModel):
     dropout: Span = (0.0, 0.03)
     tilt_sigma: Span = (0.0, 0.008)
     drift_sigma: Span = (0.0, 0.1)
-    still: float = Field(default=0.25, ge=0, le=1)
-    varied: float = Field(default=0.0, ge=0, le=1)
-    heights: Span = (0.45, 1.0)
-    tilts: Span = (0.0, 0.0)
-    kept: Span = (0.25, 1.0)
-    hidden: int = Field(default=0, ge=0, le=64)
+    standstill_share: float = Field(default=0.25, ge=0, le=1)
+    varied_share: float = Field(default=0.0, ge=0, le=1)
+    lidar_heights: Span = (0.45, 1.0)
+    lidar_tilts: Span = (0.0, 0.0)
+    point_shares: Span = (0.25, 1.0)
+    max_hidden_directions: int = Field(default=0, ge=0, le=64)
     cover_share: float = Field(default=0.5, ge=0, le=1)
     grass: Span = (0.0, 0.0)
     litter: Span = (0.0, 0.0)
     undulation: Span = (0.0, 0.0)
-    cover: float = Field(default=0.065, gt=0, le=1)
-    exact: float = Field(default=0.0, ge=0, le=1)
-    room: float = Field(default=0.3, ge=0)
-    reach: float = Field(default=4.0, gt=0)
-    close: float = Field(default=0.4, ge=0, le=1)
-    close_reach: float = Field(default=1.2, gt=0)
+    max_cover: float = Field(default=0.065, gt=0, le=1)
+    exact_share: float = Field(default=0.0, ge=0, le=1)
+    min_hazard_distance: float = Field(default=0.3, ge=0)
+    max_hazard_distance: float = Field(default=4.0, gt=0)
+    close_share: float = Field(default=0.4, ge=0, le=1)
+    max_close_distance: float = Field(default=1.2, gt=0)
     carry_time: float = Field(default=3.3, ge=0)
 
     @field_validator(
-        *("difficulty", "noise", "dropout", "tilt_sigma", "drift_sigma", "tilts", "kept"),
+        *(
+            "difficulty",
+            "noise",
+            "dropout",
+            "tilt_sigma",
+            "drift_sigma",
+            "lidar_tilts",
+            "point_shares",
+        ),
         *("grass", "litter", "undulation"),
     )
     @classmethod
@@ -123,7 +132,7 @@ class CloudsConfig(BaseModel):
             raise ValueError(f"expected 0 <= least <= most <= 1, got {span}")
         return span
 
-    @field_validator("heights")
+    @field_validator("lidar_heights")
     @classmethod
     def _check_heights(cls, span: Span) -> Span:
         if not 0 < span[0] <= span[1] <= 5:
@@ -203,7 +212,7 @@ def _draw_noise(
     config: CloudsConfig, rng: np.random.Generator
 ) -> tuple[SensingConfig, NoisyGroundTruthConfig]:
     """Return the laser with its noise, and the errors of the pose that the robot believes."""
-    if config.exact and rng.random() < config.exact:
+    if config.exact_share and rng.random() < config.exact_share:
         lidar = config.sensing.lidar.model_copy(update={"noise": 0.0, "dropout": 0.0})
         return config.sensing.model_copy(update={"lidar": lidar, "proprioception": None}), _SURVEYED
     noise, dropout = rng.uniform(*config.noise), rng.uniform(*config.dropout)
@@ -220,16 +229,16 @@ def _draw_variation(
     config: CloudsConfig, rng: np.random.Generator
 ) -> tuple[RobotModel, CloudVariation]:
     """Return the robot with its laser's height, and what else another robot's cloud has."""
-    if rng.random() >= config.varied:
+    if rng.random() >= config.varied_share:
         return config.robot, CloudVariation()
     share = config.cover_share
-    robot = config.robot.model_copy(update={"lidar_height": rng.uniform(*config.heights)})
-    variation = CloudVariation(kept=rng.uniform(*config.kept))
-    if config.tilts[1] > 0:
-        tilt = _tilt(rng.uniform(*config.tilts), rng.uniform(-np.pi, np.pi))
+    robot = config.robot.model_copy(update={"lidar_height": rng.uniform(*config.lidar_heights)})
+    variation = CloudVariation(kept=rng.uniform(*config.point_shares))
+    if config.lidar_tilts[1] > 0:
+        tilt = _tilt(rng.uniform(*config.lidar_tilts), rng.uniform(-np.pi, np.pi))
         variation = variation._replace(tilt=tilt)
-    if config.hidden:
-        variation = variation._replace(hidden=int(rng.integers(config.hidden + 1)))
+    if config.max_hidden_directions:
+        variation = variation._replace(hidden=int(rng.integers(config.max_hidden_directions + 1)))
     if config.grass[1] > 0 or config.litter[1] > 0:
         grass, litter = rng.uniform(*config.grass), rng.uniform(*config.litter)
         grass, litter = grass * (rng.random() < share), litter * (rng.random() < share)
@@ -239,13 +248,13 @@ def _draw_variation(
         tufted, verge = rng.random(2) < 0.5
         variation = variation._replace(
             undulation=undulation, tufted=bool(tufted), verge=bool(verge)
-        ).limited(config.cover)
+        ).limited(config.max_cover)
     return robot, variation
 
 
 def _draw_wheels(config: CloudsConfig, rng: np.random.Generator) -> WheelSpeeds:
     """Return the wheel speeds of a drive: standing, or a curve at the robot's speed."""
-    speed = 0.0 if rng.random() < config.still else config.robot.speed
+    speed = 0.0 if rng.random() < config.standstill_share else config.robot.speed
     steering = rng.uniform(-1, 1) * config.robot.max_steering if speed else 0.0
     return SkidSteer(config.robot).wheel_speeds(speed, steering)
 
@@ -355,12 +364,15 @@ def _random_start(scene: Scene, config: CloudsConfig, rng: np.random.Generator) 
     """
     ground, truth = scene.world.ground, scene.world.truth
     half_x, half_y = ground.width / 2 - 5.0, ground.depth / 2 - 5.0
-    reach = min(config.close_reach, config.reach) if rng.random() < config.close else config.reach
+    least, most = config.min_hazard_distance, config.max_hazard_distance
+    if rng.random() < config.close_share:
+        most = min(config.max_close_distance, most)
     for _ in range(10_000):
         x, y = rng.uniform(-half_x, half_x), rng.uniform(-half_y, half_y)
-        if config.room <= float(truth.clearance_at(x, y)) <= reach:
+        if least <= float(truth.clearance_at(x, y)) <= most:
             return Start(x, y, rng.uniform(-np.pi, np.pi))
     raise ValueError(
-        f"room, reach: expected a place {config.room} to {config.reach} m from forbidden ground in "
+        f"min_hazard_distance, max_hazard_distance: expected a place {least} to "
+        f"{config.max_hazard_distance} m from forbidden ground in "
         f"{scene.world.name} {scene.world.seed}, got none; widen the two"
     )

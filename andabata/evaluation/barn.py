@@ -30,7 +30,6 @@ from andabata.runs.folder import commit
 from andabata.runs.journal import Entry
 from andabata.tasks.rooms.planar_drive import (
     BARN_LIDAR,
-    DriveResult,
     DriveRules,
     SimulatedPlanarRobot,
     drive_to_goal,
@@ -176,33 +175,13 @@ class BarnComparison:
 
 
 def drive_barn_run(
-    config: BarnEvaluationConfig, world: BarnWorld, name: str, controller: str, trial: int
-) -> BarnAttempt:
-    """Return one run; see ``drive_path`` for the arguments."""
-    result = drive_path(config, world, name, controller, trial)
-    measures = BarnMeasures(world.optimal_time, result.left, result.speed)
-    return Attempt(
-        contender=controller,
-        scenario=name,
-        repetition=trial,
-        outcome=result.outcome,
-        contact=Contact.OBSTACLE if result.outcome is Outcome.COLLISION else Contact.NONE,
-        time=round(result.time, 6),
-        distance=float(np.hypot(*np.diff(result.path[:, :2], axis=0).T).sum()),
-        shortest=np.nan,
-        detail=measures,
-        path=result.path,
-    )
-
-
-def drive_path(
     config: BarnEvaluationConfig,
     world: BarnWorld,
     name: str,
     controller: str,
     trial: int,
     on_readings: Callable[[PlanarReadings, Twist], None] | None = None,
-) -> DriveResult:
+) -> BarnAttempt:
     """Return one run with its path; the same arguments give the same path.
 
     Args:
@@ -224,7 +203,20 @@ def drive_path(
     )
     draws = np.random.default_rng([*key, 1])
     navigator = barn_navigator(controller, believed, config.lidar, draws, config.policy)
-    return drive_to_goal(navigator, robot, task, config.rules, on_readings)
+    result = drive_to_goal(navigator, robot, task, config.rules, on_readings)
+    measures = BarnMeasures(world.optimal_time, result.goal_distance, result.speed)
+    return Attempt(
+        contender=controller,
+        scenario=name,
+        repetition=trial,
+        outcome=result.outcome,
+        contact=Contact.OBSTACLE if result.outcome is Outcome.COLLISION else Contact.NONE,
+        time=round(result.time, 6),
+        distance=float(np.hypot(*np.diff(result.path[:, :2], axis=0).T).sum()),
+        shortest=np.nan,
+        detail=measures,
+        path=result.path,
+    )
 
 
 def _digest(file: BarnFile) -> str:

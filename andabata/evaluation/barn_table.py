@@ -39,12 +39,12 @@ class BarnMeasures:
 
     Attributes:
         optimal_time: Time of the world's path at 2 m/s [s].
-        left: Distance from the goal at the end [m].
+        goal_distance: Distance from the goal at the end [m].
         speed: Speed at the end [m/s].
     """
 
     optimal_time: float
-    left: float
+    goal_distance: float
     speed: float
 
 
@@ -61,7 +61,7 @@ def run_row(run: BarnAttempt) -> Row:
         "outcome": str(run.outcome),
         "time": run.time,
         "optimal_time": run.detail.optimal_time,
-        "left": run.detail.left,
+        "left": run.detail.goal_distance,
         "speed": run.detail.speed,
     }
 
@@ -160,7 +160,7 @@ def barn_failures(runs: Sequence[BarnAttempt]) -> list[Row]:
             "trial": run.repetition,
             "failure": failure(run),
             "time_s": run.time,
-            "left_m": run.detail.left,
+            "left_m": run.detail.goal_distance,
             "speed_m_s": run.detail.speed,
         }
         for run in runs

@@ -7,11 +7,12 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.attempt import CONTACTS, Attempt
 from andabata.evaluation.comparison import Attempts, DrivenCell
+from andabata.evaluation.perturbation import Arm, arms, with_disturbance
 from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures
 from andabata.machine.pose import Pose
@@ -47,6 +48,8 @@ class EvaluationConfig(BaseModel):
         goals: Number of goals in a row that are tried, as far as the world's tasks have them.
         seed: Seed of the whole evaluation.
         simulated_robot: Robot; published results are those of the bullet plant.
+        perturb: Disturbances, each of which is driven alone beside the robot as it is: strengths by
+            their names in ``simulated_robot.reality``.
         terminations: Rules of each drive.
     """
 
@@ -59,7 +62,23 @@ class EvaluationConfig(BaseModel):
     goals: int = Field(default=10, ge=1, le=10)
     seed: int = Field(default=0, ge=0, lt=EVALUATIONS)
     simulated_robot: SimulatedRobotConfig = Field(default_factory=SimulatedRobotConfig)
+    perturb: dict[str, float] = Field(default_factory=dict)
     terminations: TerminationConfig = Field(default_factory=TerminationConfig)
+
+    @model_validator(mode="after")
+    def _check_disturbances(self) -> Self:
+        """Refuse disturbances that there are not, and strengths out of bounds."""
+        for name, strength in self.perturb.items():
+            try:
+                with_disturbance(self.simulated_robot.reality, name, strength)
+            except ValueError as error:
+                raise ValueError(f"perturb.{error}") from error
+        return self
+
+    @property
+    def arms(self) -> tuple[Arm, ...]:
+        """What drives in each trial: controllers, and with each disturbance alone."""
+        return arms(self.controllers, self.simulated_robot, self.perturb)
 
     @property
     def scenarios(self) -> tuple[Scenario, ...]:
@@ -165,7 +184,7 @@ def drive_trial(
     trial: int,
     on_failure: Callable[[Failure], None] | None = None,
 ) -> tuple[OffroadAttempt, ...]:
-    """Drive every controller through one trial's world.
+    """Drive every controller, also with each disturbance, through one trial's world.
 
     Args:
         config: Settings.
@@ -184,8 +203,8 @@ def drive_trial(
     task = replace(task, goals=task.goals[: config.goals])
     return tuple(
         attempt
-        for name in config.controllers
-        for attempt in _drive(config, models, scene, task, name, trial, on_failure)
+        for arm in config.arms
+        for attempt in _drive(config, models, scene, task, arm, trial, on_failure)
     )
 
 
@@ -194,18 +213,18 @@ def _drive(
     models: Models,
     scene: Scene,
     task: Task,
-    name: str,
+    arm: Arm,
     trial: int,
     on_failure: Callable[[Failure], None] | None,
 ) -> tuple[OffroadAttempt, ...]:
-    """Drive one controller through a trial's world."""
+    """Drive one arm through a trial's world."""
     from andabata.assembly.controllers import make_steering
     from andabata.evaluation.trial import run_trial
 
     # The same noise of the world for each controller; a controller's own is another stream.
     noise = np.random.default_rng([config.seed, trial, 2])
-    steering = make_steering(name, scene.world, config.simulated_robot, models, noise)
-    simulated_robot = SimulatedRobot(scene, config.simulated_robot, models, steering)
+    steering = make_steering(arm.controller, scene.world, arm.robot, models, noise)
+    simulated_robot = SimulatedRobot(scene, arm.robot, models, steering)
     walkers: list[NDArray[np.float64]] = []
     attempts = run_trial(
         simulated_robot,
@@ -213,7 +232,7 @@ def _drive(
         config.terminations,
         np.random.default_rng([config.seed, trial, 1]),
         partial(_keep_walkers, walkers),
-        contender=name,
+        contender=arm.name,
         repetition=trial,
     )
     if on_failure is not None and not attempts[-1].is_success:

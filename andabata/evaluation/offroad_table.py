@@ -18,7 +18,7 @@ from andabata.evaluation.table import (
 from andabata.evaluation.trial import OffroadAttempt
 from andabata.tasks.terminations import Outcome
 
-_TRIALS = Design(cluster=by_repetition, repeat=lambda _: None)
+TRIALS = Design(cluster=by_repetition, repeat=lambda _: None)
 """Each trial has a world of its own."""
 
 
@@ -74,7 +74,7 @@ def _goal_row(trials: Sequence[OffroadAttempt], goals: int, label: int | str) ->
 
     reached = share(is_reached, ends="wilson")
     columns = (head, *_ENDS, reached, spl, *_MEASURES)
-    return row_of(columns, Sample(tried, _TRIALS, trials))
+    return row_of(columns, Sample(tried, TRIALS, trials))
 
 
 def _trespass_share(sample: Sample) -> Row:

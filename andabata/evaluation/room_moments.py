@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.evaluation.barn import BarnEvaluationConfig, drive_path, load_world
+from andabata.evaluation.barn import BarnEvaluationConfig, drive_barn_run, load_world
 from andabata.evaluation.room_drives import drive_task
 from andabata.evaluation.room_policies import fitted
 from andabata.evaluation.room_table import Cell
@@ -173,7 +173,7 @@ def watch_barn(
     def on_readings(readings: PlanarReadings, command: Twist) -> None:
         seen.append((readings.ranges.astype(np.float64), command))
 
-    result = drive_path(config, world, name, controller, trial, on_readings)
+    result = drive_barn_run(config, world, name, controller, trial, on_readings)
     moments = []
     for pose, (ranges, command) in zip(result.path, seen, strict=False):
         origin, ends, hits = beam_ends(pose, config.lidar, ranges)

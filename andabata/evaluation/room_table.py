@@ -1,12 +1,13 @@
 """Table of an evaluation in rooms: a row a cell, and one for all policies of a cell."""
 
-from collections.abc import Collection, Hashable, Sequence
+from collections import Counter
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.room_drives import RoomAttempt
-from andabata.evaluation.statistics import group_difference
+from andabata.evaluation.statistics import group_difference, wilson_interval
 from andabata.evaluation.table import (
     Column,
     Design,
@@ -28,6 +29,12 @@ from worlds.rooms.catalogue import make_room
 
 _STEP_COST = 0.001
 """Loss of a task's score with each control step (equation 5)."""
+
+_OVER_ROOMS = ("policy", "lidar", "memory")
+"""Columns that tell cells of a room apart."""
+
+_COUNTS = ("trials", "successes", "collisions", "timeouts")
+"""Counts that are added up over rooms."""
 
 Groups = Sequence[tuple[str, ...]]
 """Names of policies that differ in the seed alone, together."""
@@ -93,6 +100,33 @@ def room_table(attempts: Sequence[RoomAttempt], groups: Groups) -> RoomTable:
         ],
         _differences(groups).differences(attempts),
     )
+
+
+def over_rooms(rows: Sequence[Mapping[str, Any]]) -> list[Row]:
+    """Return the counts of all rooms together, a row a policy, laser and memory.
+
+    Args:
+        rows: Rows of cells, as ``room_table`` has them.
+
+    Returns:
+        Rows with the counts of the ends and the success rate with its interval (Wilson), which
+        takes all drives for independent.
+    """
+    found: dict[tuple[str, ...], Counter[str]] = {}
+    for row in rows:
+        cell = tuple(row[key] for key in _OVER_ROOMS)
+        found.setdefault(cell, Counter()).update({key: row[key] for key in _COUNTS})
+    return [
+        dict(zip(_OVER_ROOMS, cell, strict=True)) | counts | _rate(counts)
+        for cell, counts in found.items()
+    ]
+
+
+def _rate(counts: Mapping[str, int]) -> Row:
+    """Return the success rate of counts with its interval."""
+    reached, trials = counts["successes"], counts["trials"]
+    low, high = wilson_interval(reached, trials)
+    return {"success_rate": reached / trials, "wilson_low": low, "wilson_high": high}
 
 
 def _of_policies(attempts: Sequence[RoomAttempt], names: Collection[str]) -> list[RoomAttempt]:

@@ -1,6 +1,7 @@
 """Rotating 2D laser and horizontal scanner of stage 1, cast against a world's ray scene."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import Self
 
@@ -12,6 +13,7 @@ from andabata.machine.beam_rays import beam_rays
 from andabata.machine.beams import BeamTables
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.ranging import measure_beams
+from andabata.machine.reality import AS_BELIEVED, TrueConstants
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import Sweeps
 from traversability.grid import PolarGrid
@@ -154,14 +156,27 @@ class RotatingLidar:
         """
         self._scene, self._walkers = scene, walkers
         self._reach = reach
-        self._config = config
-        self._height = robot.lidar_height
+        self._config, self._robot = config, robot
         self._rng = rng
         self._elevations = config.elevations(0, 1)  # The same for every sweep, except of a rosette.
         self._beam_period, self._stride = config.beam_period, config.neighbour_stride
         self._tables = BeamTables()
-        errors = [config.noise, config.dropout, config.edge_step, config.mixed]
+        self.reset(AS_BELIEVED)
+
+    def reset(self, constants: TrueConstants) -> None:
+        """Begin a drive.
+
+        Args:
+            constants: True constants of the drive; their seed is that of the sweeps' errors.
+        """
+        config = self._config
+        self._height = self._robot.lidar_height + constants.laser_height
+        noise = math.hypot(config.noise, constants.range_noise)
+        errors = [noise, config.dropout, config.edge_step, config.mixed]
         self._errors = np.array([*errors, config.min_range, config.max_range])
+        self._clock, self._scale = constants.laser_clock, 1 + constants.range_scale
+        self._bias = constants.range_bias
+        self._bias_rng = np.random.default_rng([constants.seed, 1])
 
     def sweeps(self, start: float, end: float, track: PoseTrack) -> Sweeps:
         """Return the sweeps that begin in a time span.
@@ -186,7 +201,9 @@ class RotatingLidar:
             ranges=ranges,
             classes=classes,
         )
-        rays, times = beam_rays(sweeps, track, self._height, self._tables)
+        # Late stamps: the beams left earlier than the robot believes.
+        left = replace(sweeps, stamps=stamps - self._clock)
+        rays, times = beam_rays(left, track, self._height, self._tables)
         key = np.uint64(self._rng.integers(2**63))
         measure_beams(
             rays,
@@ -201,6 +218,10 @@ class RotatingLidar:
             ranges,
             classes,
         )
+        if self._scale != 1 or self._bias:
+            ranges *= np.float32(self._scale)
+            bias = self._bias * self._bias_rng.standard_normal((len(stamps), 1))
+            ranges += bias.astype(np.float32)
         return sweeps
 
 

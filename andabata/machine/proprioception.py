@@ -1,7 +1,7 @@
 """Proprioceptive sensors: IMU, magnetometer, wheel encoders and GNSS, each with its errors.
 
-The kernel differentiates true poses into the readings of IMU, encoders and magnetometer; fixes of
-the satellite receiver are drawn once a second.
+The kernel differentiates true poses into the readings of IMU, encoders and magnetometer; what a
+real robot's compass and inertial unit add, is added to them. Fixes come from ``GnssReceiver``.
 """
 
 from collections.abc import Sequence
@@ -10,11 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from andabata.machine.clock import TICK
 from andabata.machine.geo_reference import GeoReference
-from terrain.classes import SemanticClass
+from andabata.machine.gnss_receiver import GnssConfig, GnssReceiver
+from andabata.machine.reality import AS_BELIEVED, TrueConstants
+from andabata.machine.robot import RobotModel
 from terrain.kernel import kernel
 from terrain.objects import SceneObject
 
@@ -23,9 +25,6 @@ MICROTESLA = 1e-6
 
 GRAVITY = 9.81
 """Standard acceleration of free fall [m/s2]."""
-
-_CANOPY = (SemanticClass.TRUNK, SemanticClass.FOLIAGE)
-"""Classes of objects that shade the satellite receiver."""
 
 _STAMP, _POSITION, _QUATERNION, _WHEELS = 0, 1, 4, 8
 """First columns of a row of the true track: stamp [s], x, y, z [m], quaternion x, y, z, w, left and
@@ -95,41 +94,6 @@ class EncoderConfig(BaseModel):
     counts: int = Field(default=4096, ge=4)
 
 
-class GnssConfig(BaseModel):
-    """Satellite receiver with one fix per second (paper: 1 m of horizontal resolution).
-
-    The metre is split, by assumption, into white noise and a time-correlated error (first-order
-    Gauss-Markov). Near trees signals are lost or arrive by multipath.
-
-    Attributes:
-        noise: White noise of each horizontal axis [m].
-        correlated_error: Standard deviation of each axis of the time-correlated error [m].
-        correlation_time: Correlation time of that error [s].
-        vertical_ratio: Ratio of vertical to horizontal noise.
-        latency: Time from the instant of a fix to its arrival [s].
-        dropout: Probability that a fix is lost, in the open; the receiver then reports none.
-        multipath_rate: Probability per second that multipath begins, in the open.
-        multipath_error: Standard deviation of each axis of the error by multipath [m].
-        multipath_time: Mean duration of multipath [s].
-        canopy_factor: Factor on both probabilities within ``canopy_range`` of a tree.
-        canopy_range: Distance from a tree up to which it shades the receiver [m].
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    noise: float = Field(default=0.66, ge=0)
-    correlated_error: float = Field(default=0.25, ge=0)
-    correlation_time: float = Field(default=60.0, gt=0)
-    vertical_ratio: float = Field(default=2.0, ge=0)
-    latency: float = Field(default=0.15, ge=0, lt=1)
-    dropout: float = Field(default=0.01, ge=0, le=1)
-    multipath_rate: float = Field(default=0.005, ge=0, le=1)
-    multipath_error: float = Field(default=6.0, ge=0)
-    multipath_time: float = Field(default=4.0, ge=1)
-    canopy_factor: float = Field(default=6.0, ge=1)
-    canopy_range: float = Field(default=3.0, ge=0)
-
-
 class ProprioceptionConfig(BaseModel):
     """Parameters of all proprioceptive sensors.
 
@@ -172,6 +136,7 @@ class Proprioception:
         config: ProprioceptionConfig,
         geo_reference: GeoReference,
         objects: Sequence[SceneObject],
+        robot: RobotModel,
     ) -> None:
         """Mount the sensors.
 
@@ -179,14 +144,12 @@ class Proprioception:
             config: Errors of the sensors.
             geo_reference: Datum of the map, and the magnetic field there.
             objects: Objects of the world; its trees shade the receiver.
+            robot: Parameters of the body, for the speed of its wheels at cruising speed.
         """
         self._config = config
-        self._geo_reference = geo_reference
         self._flux = geo_reference.flux
-        trees = [o.vertices[:, :2].mean(axis=0) for o in objects if o.semantic in _CANOPY]
-        self._trees = cKDTree(np.array(trees)) if trees else None
-        gnss = config.gnss
-        self._decay = np.exp(-1 / gnss.correlation_time)
+        self._receiver = GnssReceiver(config.gnss, geo_reference, objects)
+        self._cruise = robot.speed / robot.wheel_radius
         # Densities become standard deviations of a tick: white noise by 1 / sqrt(dt), walks by
         # sqrt(dt).
         imu, root = config.imu, np.sqrt(TICK)
@@ -194,26 +157,29 @@ class Proprioception:
         walks = [imu.gyro_walk * root, imu.acceleration_walk * root]
         self._noise_sigma = np.repeat([*densities, *walks, config.compass.noise], 3)
         self._count_angle = 2 * np.pi / config.encoders.counts
-        self._sigma = np.array([gnss.noise, gnss.noise, gnss.noise * gnss.vertical_ratio])
 
-    def reset(self, pose: NDArray[np.float64], rng: np.random.Generator) -> None:
+    def reset(
+        self,
+        pose: NDArray[np.float64],
+        rng: np.random.Generator,
+        constants: TrueConstants = AS_BELIEVED,
+    ) -> None:
         """Draw new biases and begin at rest at time zero.
 
         Args:
             pose: True pose x, y, z [m], quaternion x, y, z, w, shape (7,).
             rng: Source of the seed of all further noise.
+            constants: True constants of the drive.
         """
+        self._constants, self._is_ideal = constants, constants.is_ideal
         self._rng = np.random.default_rng(rng.integers(2**63))
-        imu, gnss = self._config.imu, self._config.gnss
+        imu = self._config.imu
         draw = self._rng.standard_normal
         self._bias = np.concatenate([imu.gyro_bias * draw(3), imu.acceleration_bias * draw(3)])
         self._hard_iron = self._config.compass.hard_iron * draw(3)
-        self._correlated = gnss.correlated_error * draw(3)
-        self._multipath = np.zeros(3)
+        self._receiver.reset(self._rng, constants)
         self._poses = np.tile(pose, (2, 1))  # The last two, oldest first.
         self._angles = np.zeros(2)
-        self._pending: list[NDArray[np.float64]] = []  # Fixes on their way, oldest first.
-        self._second = 0
 
     def sample(self, rows: NDArray[np.float64]) -> ProprioceptiveReadings:
         """Return the readings of a control period.
@@ -240,50 +206,28 @@ class Proprioception:
             encoders,
             mag,
         )
-        return ProprioceptiveReadings(inertial, encoders, mag, self._arrived_fixes(rows))
+        if not self._is_ideal:
+            self._distort(rows, inertial, mag)
+        return ProprioceptiveReadings(inertial, encoders, mag, self._receiver.arrived(rows))
 
-    def _arrived_fixes(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the fixes that arrive in a period, after taking one at each whole second in it."""
-        now = float(rows[-1, _STAMP])
-        if now > self._second + 1 - TICK / 2:
-            for row in rows:
-                second = round(row[_STAMP])
-                if second > self._second and abs(row[_STAMP] - second) < TICK / 2:
-                    self._second = second
-                    self._take_fix(row)
-        latency = self._config.gnss.latency
-        due = [fix for fix in self._pending if fix[0] + latency <= now]
-        if not due:
-            return np.empty((0, 5))
-        self._pending = self._pending[len(due) :]
-        return np.array(due)
+    def _distort(
+        self, rows: NDArray[np.float64], inertial: NDArray[np.float64], mag: NDArray[np.float64]
+    ) -> None:
+        """Give the readings of a real robot's inertial unit and compass, in place.
 
-    def _take_fix(self, row: NDArray[np.float64]) -> None:
-        """Take a fix at a true row; a lost one is reported as no fix."""
-        gnss, draw = self._config.gnss, self._rng.standard_normal
-        # First-order Gauss-Markov process of constant variance.
-        driving = gnss.correlated_error * np.sqrt(1 - self._decay**2)
-        self._correlated = self._decay * self._correlated + driving * draw(3)
-        shaded = (
-            self._trees is not None
-            and len(self._trees.query_ball_point(row[1:3], gnss.canopy_range)) > 0
-        )
-        factor = gnss.canopy_factor if shaded else 1.0
-        lost, begins, ends = self._rng.random(3)
-        # Multipath is an offset that stays for a geometrically distributed number of seconds.
-        if self._multipath.any():
-            if ends < 1 / gnss.multipath_time:
-                self._multipath = np.zeros(3)
-        elif begins < gnss.multipath_rate * factor:
-            self._multipath = gnss.multipath_error * draw(3)
-        error = self._sigma * draw(3) + self._correlated + self._multipath
-        if lost < gnss.dropout * factor:
-            self._pending.append(np.array([row[0], *[np.nan] * 3, np.inf]))
-            return
-        place = self._geo_reference.to_geodetic((row[1:4] + error)[None])[0]
-        # A receiver reports its usual variance and knows nothing of multipath.
-        variance = gnss.noise**2 + gnss.correlated_error**2
-        self._pending.append(np.array([row[0], *place, variance]))
+        Args:
+            rows: Rows as in ``sample``, with the speeds of the true wheels, shape (k, 10).
+            inertial: Inertial rows, shape (k, 7).
+            mag: Magnetometer rows [T], shape (k, 4).
+        """
+        turn = Rotation.from_rotvec(self._constants.imu_tilt).as_matrix()
+        for first in (_GYRO, _ACCELERATION):
+            inertial[:, first : first + 3] = inertial[:, first : first + 3] @ turn
+        attitude = Rotation.from_quat(rows[:, _QUATERNION : _QUATERNION + 4])
+        soft = attitude.apply(self._flux, inverse=True) @ np.transpose(self._constants.soft_iron)
+        speeds = np.abs(rows[:, _WHEELS : _WHEELS + 2]).mean(axis=1, keepdims=True)
+        motors = np.minimum(speeds / self._cruise, 1.0) * self._constants.motor_field
+        mag[:, 1:] += (soft + motors) * MICROTESLA
 
 
 @kernel

@@ -10,10 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from andabata.machine.beams import BeamTables, sweeps_to_cloud
 from andabata.machine.clock import TICK_HZ, TICKS_PER_STEP
+from andabata.machine.drivetrain import Drivetrain
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import PoseTrack
 from andabata.machine.proprioception import Proprioception, ProprioceptionConfig
+from andabata.machine.reality import AS_BELIEVED, TrueConstants
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import SensorReadings, Sweeps, VehicleState, WheelSpeeds
 from andabata.machine.vehicle import Plant, make_vehicle
@@ -100,12 +102,14 @@ class Simulator:
         self.walkers = Walkers(world, TICK_HZ) if world.movers else None
         # Nobody appears out of nothing where the body is.
         self._reach = math.hypot(robot.length, robot.width) / 2
-        self._track = PoseTrack()
+        self._track = PoseTrack()  # As the laser's mast has it.
         self._tick = 0
+        self._drivetrain = Drivetrain()
+        self._mast: Rotation | None = None
         self.proprioception: Proprioception | None = None
         if sensing.proprioception is not None:
             self.proprioception = Proprioception(
-                sensing.proprioception, sensing.geo_reference, world.objects
+                sensing.proprioception, sensing.geo_reference, world.objects, robot
             )
         self._tables = BeamTables()
         self._many_beams = sensing.lidar.is_multibeam
@@ -116,20 +120,41 @@ class Simulator:
         else:
             self._scanner = HorizontalScanner(rays, sensing.grid, robot, beams, self.walkers)
 
-    def reset(self, start: Start) -> SensorReadings:
-        """Put the robot down at rest and return the readings before the first period."""
+    def reset(self, start: Start, constants: TrueConstants = AS_BELIEVED) -> SensorReadings:
+        """Put the robot down at rest and return the readings before the first period.
+
+        Args:
+            start: Place and heading.
+            constants: True constants of the robot; by default those that it believes.
+        """
         self._reseed()
+        self._drivetrain.reset(constants)
+        tilt = constants.laser_tilt
+        self._mast = Rotation.from_euler("xy", tilt) if any(tilt) else None
+        if self.lidar is not None:
+            self.lidar.reset(constants)
         self.vehicle.place(start)
         self._tick = 0
         if self.walkers is not None:
             self.walkers.reset((start.x, start.y), self._reach)
         self._track.clear()
         state = self.vehicle.state
-        self._track.append(0.0, state.pose.position, state.pose.quaternion)
+        pose = np.concatenate([state.pose.position, state.pose.quaternion])
+        self._track.extend(self._at_mast(np.array([[0.0, *pose]])))
         if self.proprioception is not None:
-            pose = np.concatenate([state.pose.position, state.pose.quaternion])
-            self.proprioception.reset(pose, self._rng)
+            self.proprioception.reset(pose, self._rng, constants)
         return self._sense(state, np.empty((0, 10)))
+
+    def _at_mast(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the poses of the body turned by the lean of the laser's mast.
+
+        Args:
+            rows: Rows of stamp [s], true x, y, z [m] and quaternion x, y, z, w, shape (k, 8).
+        """
+        if self._mast is None:
+            return rows
+        turned = (Rotation.from_quat(rows[:, 4:]) * self._mast).as_quat()
+        return np.column_stack([rows[:, :4], turned])
 
     def _reseed(self) -> None:
         """Seed the streams of plant and laser."""
@@ -151,10 +176,11 @@ class Simulator:
         if self.walkers is not None:
             x, y = self.vehicle.state.pose.position[:2].tolist()
             walkers = self.walkers.step(TICKS_PER_STEP, (x, y), self._reach)
-        rows[:, 1:] = self.vehicle.drive(wheels, TICKS_PER_STEP, walkers)
+        targets = self._drivetrain.targets(wheels)
+        rows[:, 1:] = self.vehicle.drive(targets, TICKS_PER_STEP, walkers)
         self._tick += TICKS_PER_STEP
-        self._track.extend(rows[:, :8])
-        return self._sense(self.vehicle.state, rows, skip_scan)
+        self._track.extend(self._at_mast(rows[:, :8]))
+        return self._sense(self.vehicle.state, self._drivetrain.turned(rows), skip_scan)
 
     def _sense(
         self, state: VehicleState, rows: NDArray[np.float64], skip_scan: bool = False

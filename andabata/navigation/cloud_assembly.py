@@ -25,10 +25,10 @@ class CloudAssemblyConfig(BaseModel):
     Attributes:
         turn: Turn of the head that makes a cloud [rad]: half a one for a vertical plane, which sees
             both sides; a whole one for a laser that sees one.
-        settle: Turn of the head after which a place was measured with what lies beside it [rad]; 0
-            for a head that turns faster than clouds are asked for.
-        span: Time for which a 3D laser's clouds are gathered before they replace the last one [s];
-            0 takes each by itself, as for a laser that sends whole turns.
+        settling_angle: Turn of the head after which a place was measured with what lies beside it
+            [rad]; 0 for a head that turns faster than clouds are asked for.
+        accumulation_time: Time for which a 3D laser's clouds are gathered before they replace the
+            last one [s]; 0 takes each by itself, as for a laser that sends whole turns.
         max_range: Range beyond which returns are dropped [m]: the 10 m grid and what the robot
             drives until the next cloud.
         dense_range: Range below which only one beam in ``dense_stride`` is kept [m]: neighbouring
@@ -39,21 +39,21 @@ class CloudAssemblyConfig(BaseModel):
         body_radius: Distance from the vertical axis within which returns are the robot's body [m].
         blind_deg: Bearings from the laser's own heading, from one to the other counter-clockwise,
             that a mast or a load hides: returns there are dropped [deg].
-        stale: Age from which the robot no longer drives by a cloud [s]: one and a half times what
+        max_age: Age from which the robot no longer drives by a cloud [s]: one and a half times what
             the paper's laser takes for a cloud (assumption).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     turn: float = Field(default=np.pi, gt=0, le=200)
-    settle: float = Field(default=0.5, ge=0)
-    span: float = Field(default=0.0, ge=0, le=60)
+    settling_angle: float = Field(default=0.5, ge=0)
+    accumulation_time: float = Field(default=0.0, ge=0, le=60)
     max_range: float = Field(default=11.5, gt=0)
     dense_range: float = Field(default=2.5, ge=0)
     dense_stride: int = Field(default=1, ge=1)
     body_radius: float = Field(default=0.4, ge=0)
     blind_deg: tuple[tuple[FiniteFloat, FiniteFloat], ...] = ()
-    stale: float = Field(default=5.0, gt=0)
+    max_age: float = Field(default=5.0, gt=0)
 
     @property
     def sight(self) -> float:
@@ -135,7 +135,7 @@ class CloudAssembler:
         while abs(part.angle - window.parts[0].angle) > config.turn:
             window.remove_oldest()
         for past in reversed(window.parts):
-            if abs(part.angle - past.angle) >= config.settle:
+            if abs(part.angle - past.angle) >= config.settling_angle:
                 self._settled = past.newest
                 break
 
@@ -164,10 +164,10 @@ class CloudAssembler:
         first, last = float(kept.stamps.min()), float(kept.stamps.max())
         if not self._placeable(first, last, track):
             return
-        if not self._parts or first - self._begin > config.span + config.stale:
+        if not self._parts or first - self._begin > config.accumulation_time + config.max_age:
             self._parts, self._begin = [], first
         self._parts.append(PointCloud(points, "odom", kept.stamps))
-        if last - self._begin >= config.span:
+        if last - self._begin >= config.accumulation_time:
             self._window.clear()
             for cloud in self._parts:
                 self._window.append(Part(cloud, cloud.newest))
@@ -228,7 +228,7 @@ class CloudAssembler:
 
     def is_stale(self, stamp: float) -> bool:
         """Return True if there is no cloud at ``stamp`` [s] to drive by."""
-        return self.cloud_age(stamp) > self._config.stale
+        return self.cloud_age(stamp) > self._config.max_age
 
     def cloud_age(self, stamp: float) -> float:
         """Return the age of the cloud's newest point at ``stamp`` [s]; infinity without a cloud."""

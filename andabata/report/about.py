@@ -5,15 +5,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from andabata.report.blocks import Code, Folded, Table, Text
 from andabata.report.folder import read_about
-from andabata.report.page import Report
+from andabata.report.page import Section
 
 
-def add_about(page: Report, folders: Sequence[Path]) -> None:
-    """Add how runs were made.
+def about_section(folders: Sequence[Path]) -> Section:
+    """Return the section on how runs were made.
 
     Args:
-        page: Page to add to.
         folders: Folders of the runs.
 
     Raises:
@@ -21,18 +21,17 @@ def add_about(page: Report, folders: Sequence[Path]) -> None:
     """
     abouts = [read_about(folder) for folder in folders]
     first = abouts[0]
-    page.section("How it was made")
-    page.table([_row(folder, about) for folder, about in zip(folders, abouts, strict=True)])
     commands = list(dict.fromkeys(about["command"] for about in abouts if about.get("command")))
-    if commands:
-        page.code("\n".join(commands))
-    else:
-        page.note("The command is not on record: the run is of an earlier version.")
-    if first.get("versions"):
-        with page.folded("Versions"):
-            page.table([{"package": name, "version_of": v} for name, v in _versions(first)])
-    with page.folded("Settings" if len(folders) == 1 else f"Settings of {folders[0]}"):
-        page.code(json.dumps(first.get("config"), indent=1, sort_keys=True))
+    unknown = Text("The command is not on record: the run is of an earlier version.")
+    settings = "Settings" if len(folders) == 1 else f"Settings of {folders[0]}"
+    return Section(
+        "How it was made",
+        "",
+        Table([_row(folder, about) for folder, about in zip(folders, abouts, strict=True)]),
+        Code("\n".join(commands)) if commands else unknown,
+        Folded("Versions", [Table(_versions(first))]) if first.get("versions") else None,
+        Folded(settings, [Code(json.dumps(first.get("config"), indent=1, sort_keys=True))]),
+    )
 
 
 def _row(folder: Path, about: dict[str, Any]) -> dict[str, Any]:
@@ -47,7 +46,11 @@ def _row(folder: Path, about: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _versions(about: dict[str, Any]) -> list[tuple[str, str]]:
+def _versions(about: dict[str, Any]) -> list[dict[str, str]]:
     """Return the versions of Python and of packages."""
     found = {"python": about.get("python"), **about["versions"]}
-    return [(name, str(version)) for name, version in found.items() if version is not None]
+    return [
+        {"package": name, "version_of": str(version)}
+        for name, version in found.items()
+        if version is not None
+    ]

@@ -1,14 +1,16 @@
 """Report of evaluations by the rules of the BARN benchmark."""
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from andabata.evaluation.barn import BarnEvaluationConfig, drive_path, load_world
+from andabata.evaluation.barn import BarnEvaluationConfig, drive_barn_run, load_world
 from andabata.evaluation.barn_table import run_of
-from andabata.report.columns import counted, interval, word
-from andabata.report.folder import check_keys, read_about, read_result, read_rows, settings_of
-from andabata.report.page import Fact, Report
+from andabata.report.blocks import Block, Fact, Folded, Plot, Table, Text
+from andabata.report.columns import interval, with_reached, word
+from andabata.report.folder import read_about, read_result, read_rows, settings_of
+from andabata.report.page import Page, Section
 from andabata.report.plots.evaluation import barn_figure, fields_figure, scores_figure
 from andabata.report.run_folders import EVALUATION
 
@@ -32,6 +34,11 @@ _FAILED = ("controller", "world", "trial", "failure", "time_s", "left_m", "speed
 _SHOWN_FAILURES = 6
 """Largest number of failed runs that are driven anew for their pictures."""
 
+_SCORE_TEXT = (
+    "Success x optimal time / time, at most 0.5 by the official rule. Brackets hold 95 % "
+    "intervals for other worlds of the kind."
+)
+
 PAPER_SCORES = (
     "For comparison, others' published figures: DWA 0.16, a learned planner 0.489 on the public 50 "
     "worlds, the best entry of 2026 0.4975 on hidden worlds. They are of the benchmark's own "
@@ -39,7 +46,7 @@ PAPER_SCORES = (
 )
 
 
-def report_barn(folder: Path) -> tuple[Report, Row]:
+def report_barn(folder: Path) -> tuple[Page, Row]:
     """Return a page about an evaluation in fields of cylinders, and its figures.
 
     Args:
@@ -48,69 +55,62 @@ def report_barn(folder: Path) -> tuple[Report, Row]:
     Raises:
         RunFolderError: If it is not finished, or of another version.
     """
-    data = read_result(folder, EVALUATION, _KEYS)
-    rows: list[Row] = data["rows"]
-    for row in rows:
-        check_keys(row, _ROW_KEYS, folder / EVALUATION, folder)
-    page = Report(
+    data = read_result(folder, EVALUATION, _KEYS, _ROW_KEYS)
+    rows, differences = with_reached(data["rows"], "runs"), data["differences"]
+    page = Page(
         f"BARN: {rows[0]['worlds']} fields of cylinders",
         f"{rows[0]['runs']} runs of each navigator; worlds: {data['worlds']}; {data['about']}.",
-    )
-    page.facts(
+        [Fact(row["controller"], interval(row, "score"), row["reached"]) for row in rows],
         [
-            Fact(row["controller"], interval(row, "score"), counted(row, whole="runs"))
-            for row in rows
-        ]
+            _scores(rows, folder),
+            Section("Ends", "How the runs ended.", Table(rows, _ENDS)),
+            _differences(differences) if differences else None,
+            _failures(folder, data["failures"]),
+        ],
     )
-    page.section(
-        "Scores",
-        "Success x optimal time / time, at most 0.5 by the official rule. Brackets hold 95 % "
-        "intervals for other worlds of the kind.",
-    )
-    page.figure(scores_figure(rows), "scores", "Scores with 95 % intervals", drawn=True)
-    page.table([_with_reached(row) for row in rows], _SCORES)
-    page.note(PAPER_SCORES)
-    _times(page, folder)
-    page.section("Ends", "How the runs ended.")
-    page.table([_with_reached(row) for row in rows], _ENDS)
-    if data["differences"]:
-        page.section(
-            "Differences", f"From {data['differences'][0]['against']}, same worlds and noise."
-        )
-        page.table(data["differences"], _DIFFERENCES)
-    _failures(page, folder, data["failures"])
     return page, {key: data[key] for key in ("rows", "differences", "failures", "about")}
 
 
-def _with_reached(row: Mapping[str, Any]) -> Row:
-    """Return a row with the count of the runs that reached the goal."""
-    return {**row, "reached": counted(row, whole="runs")}
+def _scores(rows: Sequence[Row], folder: Path) -> Section:
+    """Return the scores, and the times of all runs."""
+    plot = Plot(scores_figure(rows), "scores", "Scores with 95 % intervals", drawn=True)
+    table = Table(rows, _SCORES)
+    return Section("Scores", _SCORE_TEXT, plot, table, Text(PAPER_SCORES), _times(folder))
 
 
-def _times(page: Report, folder: Path) -> None:
-    """Add the times of all runs, where the journal is there."""
+def _times(folder: Path) -> Plot | None:
+    """Return the times of all runs, where the journal is there."""
     if not (folder / WORLDS).is_file():
-        return
+        return None
     runs = [run_of(run) for entry in read_rows(folder / WORLDS)[1:] for run in entry["runs"]]
     ratios: dict[str, list[Row]] = {}
     for run in runs:
         ratio = run.time / run.detail.optimal_time if run.is_success else None
         ratios.setdefault(run.contender, []).append({"ratio": ratio})
-    page.figure(barn_figure(ratios), "times", "Share of runs at the goal by their time", drawn=True)
+    text = "Share of runs at the goal by their time"
+    return Plot(barn_figure(ratios), "times", text, drawn=True)
 
 
-def _failures(page: Report, folder: Path, failures: Sequence[Row]) -> None:
-    """Add failed runs: their kinds, some of their paths, and each of them."""
-    page.section("Failures", "" if failures else "None.")
+def _differences(rows: Sequence[Row]) -> Section:
+    """Return the differences from one of the controllers."""
+    text = f"From {rows[0]['against']}, same worlds and noise."
+    return Section("Differences", text, Table(rows, _DIFFERENCES))
+
+
+def _failures(folder: Path, failures: Sequence[Row]) -> Section:
+    """Return failed runs: their kinds, some of their paths, and each of them."""
     if not failures:
-        return
-    counts: dict[tuple[str, str], int] = {}
-    for row in failures:
-        key = row["controller"], row["failure"]
-        counts[key] = counts.get(key, 0) + 1
-    page.table(
-        [{"controller": name, "failure": kind, "count": n} for (name, kind), n in counts.items()]
-    )
+        return Section("Failures", "None.")
+    kinds = Counter((row["controller"], row["failure"]) for row in failures)
+    counts = [
+        {"controller": name, "failure": kind, "count": n} for (name, kind), n in kinds.items()
+    ]
+    every = Folded(f"All {len(failures)} failed runs", [Table(failures, _FAILED)])
+    return Section("Failures", "", Table(counts), _failed_paths(folder, failures), every)
+
+
+def _failed_paths(folder: Path, failures: Sequence[Row]) -> Block:
+    """Return the paths of one failed run of each kind, or why they cannot be driven anew."""
     config = settings_of(BarnEvaluationConfig, read_about(folder)["config"], folder)
     # The first of each kind: later keys replace earlier ones.
     kinds = {(row["controller"], row["failure"]): row for row in reversed(failures)}
@@ -118,19 +118,16 @@ def _failures(page: Report, folder: Path, failures: Sequence[Row]) -> None:
     try:
         driven = dict(_driven(config, row) for row in chosen[:_SHOWN_FAILURES])
     except (OSError, ValueError) as error:
-        page.note(f"The runs cannot be driven anew for a picture: {error}")
-    else:
-        text = "One run of each kind, driven anew with the same noise: where it ended"
-        page.figure(fields_figure(driven), "failures", text, drawn=True)
-    with page.folded(f"All {len(failures)} failed runs"):
-        page.table(failures, _FAILED)
+        return Text(f"The runs cannot be driven anew for a picture: {error}")
+    text = "One run of each kind, driven anew with the same noise: where it ended"
+    return Plot(fields_figure(driven), "failures", text, drawn=True)
 
 
 def _driven(config: BarnEvaluationConfig, row: Row) -> tuple[str, tuple[Any, Any, str]]:
     """Return title, and room, path and end of a run that is driven anew."""
     name, controller = row["world"], row["controller"]
     world = load_world(config, name)
-    result = drive_path(config, world, name, controller, row["trial"])
+    result = drive_barn_run(config, world, name, controller, row["trial"])
     end = str(result.outcome)
     # A time-out that never left its start has a name of its own in the table.
     changed = end not in (row["failure"], "timeout")

@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from andabata.report.blocks import Fact, Plot, Table, Text
 from andabata.report.columns import heading
 from andabata.report.folder import read_result
-from andabata.report.page import Fact, Report
+from andabata.report.page import Page, Section
 from andabata.report.plots.perception import bands_figure, confusions_figure, importance_figure
 from traversability.scores import FIGURES, PAPER
 
@@ -22,8 +23,13 @@ _GROUND_KEYS = ("bands", "ground_cells", "balanced_accuracy", "confusion")
 SCORE_COLUMNS = ("balanced_accuracy", "f1_red", "precision", "recall", "specificity")
 """Columns of scores that are not folded."""
 
+_SCORES_TEXT = (
+    "Blocked cells are the positive class. The paper prints its accuracy as precision; here "
+    "each score of the paper follows from its counts (Tables 1 and 2)."
+)
 
-def report_classifier(folder: Path) -> tuple[Report, Row]:
+
+def report_classifier(folder: Path) -> tuple[Page, Row]:
     """Return a page about a classifier of polar cells, and its figures.
 
     Args:
@@ -32,51 +38,28 @@ def report_classifier(folder: Path) -> tuple[Report, Row]:
     Raises:
         RunFolderError: If it holds no scores, or those of another version.
     """
-    data = _scored(read_result(folder, SCORES, _KEYS))
-    page = Report("A classifier of cells", f"Scored on {data['clouds']} labelled clouds.")
-    paper = PAPER.as_dict()
-    _facts(page, data, paper)
-    page.section(
-        "Scores",
-        "Blocked cells are the positive class. The paper prints its accuracy as precision; here "
-        "each score of the paper follows from its counts (Tables 1 and 2).",
-    )
-    page.table(
-        [
-            {
-                "score": heading(name),
-                "ours": data[name],
-                "the paper's": paper[name],
-            }
-            for name in FIGURES
-        ]
-    )
+    data, paper = _scored(read_result(folder, SCORES, _KEYS)), PAPER.as_dict()
     figure = confusions_figure({"ours": data["confusion"], "the paper's": paper["confusion"]})
-    page.figure(figure, "confusion", "Cells by truth and answer (Table 1)")
-    page.section(
-        "Where it errs", "Cells beyond doubt keep their label if the limits move a little."
+    rows = [{"score": heading(n), "ours": data[n], "the paper's": paper[n]} for n in FIGURES]
+    confusion = Plot(figure, "confusion", "Cells by truth and answer (Table 1)")
+    sections = [
+        Section("Scores", _SCORES_TEXT, Table(rows), confusion),
+        _errors(data),
+        _features(data["importances"]) if data.get("importances") else None,
+    ]
+    page = Page(
+        "A classifier of cells",
+        f"Scored on {data['clouds']} labelled clouds.",
+        [
+            Fact(heading(name), f"{data[name]:.3f}", f"the paper: {paper[name]:.3f}")
+            for name in ("balanced_accuracy", "f1_red", "recall", "precision")
+        ],
+        sections,
     )
-    parts = {
-        "all cells": data,
-        "beyond doubt": data["beyond_doubt"],
-        "within 5 m": data["within_5_m"],
-        **data["worlds"],
-    }
-    rows = [{"cells": name, **part} for name, part in parts.items()]
-    page.table(rows, ("cells", *SCORE_COLUMNS))
-    if "ranges" in data:
-        long, short = (100 * data["ranges"][name] for name in ("too_long", "too_short"))
-        page.note(
-            f"Sectors whose range is wrong by more than a ring: {long:.2f} % too long, "
-            f"{short:.2f} % too short."
-        )
-    if data.get("importances"):
-        page.section("Features", "What is lost when a feature is shuffled.")
-        page.figure(importance_figure(data["importances"]), "importances", "Most important first")
     return page, data
 
 
-def report_ground(folder: Path) -> tuple[Report, Row]:
+def report_ground(folder: Path) -> tuple[Page, Row]:
     """Return a page about a classifier of ground cells, and its figures.
 
     Args:
@@ -86,26 +69,47 @@ def report_ground(folder: Path) -> tuple[Report, Row]:
         RunFolderError: If it holds no scores, or those of another version.
     """
     data = _scored(read_result(folder, SCORES, _GROUND_KEYS))
-    page = Report(
-        "A classifier of ground cells", f"Scored on {data['ground_cells']} cells of 0.2 m."
-    )
     low = data.get("recall_low")
-    page.facts(
-        [
-            Fact("balanced accuracy", f"{data['balanced_accuracy']:.3f}"),
-            Fact("recall of low objects", "none there" if low is None else f"{low:.3f}"),
-        ]
-    )
-    page.section("Scores by range")
     bands = {name.replace("_", " "): band for name, band in data["bands"].items()}
-    page.table(
-        [{"cells": name, **band} for name, band in ({"all": data} | bands).items()],
-        ("cells", *SCORE_COLUMNS),
-    )
-    page.figure(bands_figure(bands), "bands", "Scores by distance from the robot", drawn=True)
     figure = confusions_figure({"ground cells": data["confusion"]})
-    page.figure(figure, "confusion", "Cells by truth and answer")
-    return page, data
+    section = Section(
+        "Scores by range",
+        "",
+        _scores_of({"all": data} | bands),
+        Plot(bands_figure(bands), "bands", "Scores by distance from the robot", drawn=True),
+        Plot(figure, "confusion", "Cells by truth and answer"),
+    )
+    facts = [
+        Fact("balanced accuracy", f"{data['balanced_accuracy']:.3f}"),
+        Fact("recall of low objects", "none there" if low is None else f"{low:.3f}"),
+    ]
+    lead = f"Scored on {data['ground_cells']} cells of 0.2 m."
+    return Page("A classifier of ground cells", lead, facts, [section]), data
+
+
+def _errors(data: Row) -> Section:
+    """Return the scores of parts of the cells, and how often ranges are wrong."""
+    parts = {"all cells": data, "beyond doubt": data["beyond_doubt"]}
+    table = _scores_of(parts | {"within 5 m": data["within_5_m"], **data["worlds"]})
+    text = "Cells beyond doubt keep their label if the limits move a little."
+    if "ranges" not in data:
+        return Section("Where it errs", text, table)
+    long, short = (100 * data["ranges"][name] for name in ("too_long", "too_short"))
+    wrong = f"{long:.2f} % too long, {short:.2f} % too short"
+    ranges = Text(f"Sectors whose range is wrong by more than a ring: {wrong}.")
+    return Section("Where it errs", text, table, ranges)
+
+
+def _scores_of(parts: Mapping[str, Row]) -> Table:
+    """Return the table of the scores of several parts of the cells."""
+    rows = [{"cells": name, **part} for name, part in parts.items()]
+    return Table(rows, ("cells", *SCORE_COLUMNS))
+
+
+def _features(importances: Mapping[str, Any]) -> Section:
+    """Return what each feature is worth."""
+    plot = Plot(importance_figure(importances), "importances", "Most important first")
+    return Section("Features", "What is lost when a feature is shuffled.", plot)
 
 
 def _scored(data: Row) -> Row:
@@ -117,13 +121,3 @@ def _scored(data: Row) -> Row:
         else:
             found[name] = float("nan") if value is None and name in SCORE_COLUMNS else value
     return found
-
-
-def _facts(page: Report, data: Mapping[str, Any], paper: Mapping[str, Any]) -> None:
-    """Add the figures that are looked for first, with the paper's beside."""
-    page.facts(
-        [
-            Fact(heading(name), f"{data[name]:.3f}", f"the paper: {paper[name]:.3f}")
-            for name in ("balanced_accuracy", "f1_red", "recall", "precision")
-        ]
-    )

@@ -1,13 +1,14 @@
 """Report of data sets of labelled clouds, with Figures 3 and 5 of Sanchez et al. (2023)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from andabata.models import shipped_forest
+from andabata.report.blocks import Fact, Plot, Table, Text
 from andabata.report.columns import several
 from andabata.report.folder import read_about
-from andabata.report.page import Fact, Report
+from andabata.report.page import Page, Section
 from andabata.report.plots.perception import labelled_figure, scan_figure
 from andabata.scanning.scan import ScanConfig, scan_cloud
 from traversability.dataset import CloudEntry, Manifest, Split, read_clouds, read_manifest
@@ -24,8 +25,17 @@ _SHOWN = 4
 
 _SPLITS: tuple[Split, Split] = ("train", "validation")
 
+_SPLITS_TEXT = (
+    "A world is on one side of the split only. The rule calls a point an obstacle that stands "
+    "0.2 m over the lower quartile of its cell: its F1 says how hard the clouds are."
+)
 
-def report_clouds(folder: Path) -> tuple[Report, Row]:
+_EXAMPLES_TEXT = "Points by their label, and the cells that follow from them (Fig. 3)."
+
+_NOT_COUNTED = "Cells were not counted: the clouds are of an earlier version; make them again."
+
+
+def report_clouds(folder: Path) -> tuple[Page, Row]:
     """Return a page about a data set of labelled clouds, and its figures.
 
     Args:
@@ -38,23 +48,16 @@ def report_clouds(folder: Path) -> tuple[Report, Row]:
     cells = read_about(folder).get("cells") or {}
     splits = [split for split in _SPLITS if manifest.of(split)]
     rows = [_split_row(split, manifest.of(split), cells.get(split)) for split in splits]
-    page = Report("Labelled clouds", f"{len(manifest.clouds)} clouds, seed {manifest.seed}.")
-    page.facts([_fact(row) for row in rows])
-    page.section(
-        "Splits",
-        "A world is on one side of the split only. The rule calls a point an obstacle that stands "
-        "0.2 m over the lower quartile of its cell: its F1 says how hard the clouds are.",
-    )
-    page.table([*rows, {"split": "paper, both", **PAPER_CLOUDS}] if cells else rows)
-    if not cells:
-        page.note("Cells were not counted: the clouds are of an earlier version; make them again.")
-    page.section("Worlds")
-    worlds = [
-        _world_row(world, manifest)
-        for world in dict.fromkeys(entry.world for entry in manifest.clouds)
+    kinds = dict.fromkeys(entry.world for entry in manifest.clouds)
+    worlds = [_world_row(world, manifest) for world in kinds]
+    table = Table([*rows, {"split": "paper, both", **PAPER_CLOUDS}] if cells else rows)
+    sections = [
+        Section("Splits", _SPLITS_TEXT, table, None if cells else Text(_NOT_COUNTED)),
+        Section("Worlds", "", Table(worlds)),
+        Section("Examples", _EXAMPLES_TEXT, *_examples(folder, manifest)),
     ]
-    page.table(worlds)
-    _examples(page, folder, manifest)
+    lead = f"{len(manifest.clouds)} clouds, seed {manifest.seed}."
+    page = Page("Labelled clouds", lead, [_fact(row) for row in rows], sections)
     return page, {"splits": rows, "worlds": worlds}
 
 
@@ -83,11 +86,10 @@ def _world_row(world: str, manifest: Manifest) -> Row:
     }
 
 
-def _examples(page: Report, folder: Path, manifest: Manifest) -> None:
-    """Add one cloud of several kinds of world with its labels, and the first as it is scanned."""
+def _examples(folder: Path, manifest: Manifest) -> Iterator[Plot]:
+    """Yield one cloud of several kinds of world with its labels, and the first as it is scanned."""
     first = {entry.world: entry for entry in reversed(manifest.clouds)}
     chosen = sorted(first.values(), key=lambda entry: entry.file)[:_SHOWN]
-    page.section("Examples", "Points by their label, and the cells that follow from them (Fig. 3).")
     grid = PolarGrid()
     for entry in chosen:
         one = manifest.model_copy(update={"clouds": (entry,)})
@@ -96,14 +98,11 @@ def _examples(page: Report, folder: Path, manifest: Manifest) -> None:
         cells = label_cells(cloud.points, labels, grid)
         title = f"{entry.world} {entry.world_seed}"
         figure = labelled_figure(cloud.points, labels, cells, grid, title)
-        page.figure(figure, f"labels-{entry.world}", f"{entry.file}: {title} (Fig. 3)")
+        yield Plot(figure, f"labels-{entry.world}", f"{entry.file}: {title} (Fig. 3)")
         if entry is chosen[0]:
-            scanned = scan_cloud(cloud, ScanConfig(), shipped_forest())
-            page.figure(
-                scan_figure(scanned, title),
-                "scan",
-                f"{entry.file}: what the shipped classifier makes of it (Fig. 5)",
-            )
+            figure = scan_figure(scan_cloud(cloud, ScanConfig(), shipped_forest()), title)
+            caption = f"{entry.file}: what the shipped classifier makes of it (Fig. 5)"
+            yield Plot(figure, "scan", caption)
 
 
 def _fact(row: Row) -> Fact:

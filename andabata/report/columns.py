@@ -257,6 +257,11 @@ def counted(row: Row, part: str = "successes", whole: str = "trials") -> str:
     return f"{row[part]} of {row[whole]}"
 
 
+def with_reached(rows: Iterable[Row], whole: str = "trials") -> list[dict[str, Any]]:
+    """Return rows with the count of the drives that reached their goal, of ``whole``, in words."""
+    return [{**row, "reached": counted(row, whole=whole)} for row in rows]
+
+
 def several(count: int, what: str) -> str:
     """Return a count in words."""
     words = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")

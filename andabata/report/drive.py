@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.models import shipped_forest
+from andabata.report.blocks import Fact, Picture, Plot, Table, Text
 from andabata.report.columns import word
 from andabata.report.folder import read_about, read_result
-from andabata.report.page import Fact, Report
+from andabata.report.options import ReportOptions
+from andabata.report.page import Page, Section
 from andabata.report.plots.drive_traces import (
     Trace,
     headings_figure,
@@ -31,6 +33,9 @@ Row = dict[str, Any]
 
 _KEYS = ("controller", "world", "world_seed", "goals", "attempts", "path")
 
+_LONG = ("path", "walkers", "trace")
+"""Long lists of a drive, which its figures leave out."""
+
 _PERIOD = 0.1
 """Time from one position of a path to the next [s]."""
 
@@ -39,6 +44,10 @@ _STAMPS = 8
 
 _LARGEST_CLIP = 8_000_000
 """Largest clip that a page takes in [bytes]."""
+
+_GOALS_TEXT = "In a row until one fails. SPL is success weighted by path length."
+
+_WORLD_TEXT = "Starts and goals of its tasks, forbidden ground by reason (Fig. 20)."
 
 ATTEMPT_COLUMNS = (
     "goal",
@@ -87,7 +96,7 @@ class DriveRun:
         return there[0] if there and there[0].stat().st_size <= _LARGEST_CLIP else None
 
 
-def report_drives(folders: Sequence[Path]) -> tuple[Report, Row]:
+def report_drives(folders: Sequence[Path], _: ReportOptions) -> tuple[Page, Row]:
     """Return a page about drives in one world, and its figures.
 
     Args:
@@ -102,24 +111,23 @@ def report_drives(folders: Sequence[Path]) -> tuple[Report, Row]:
     world = make_world(first["world"], first["world_seed"])
     where = f"{first['world']} {first['world_seed']}"
     title = "A drive" if len(runs) == 1 else f"{len(runs)} drives side by side"
-    page = Report(f"{title} in {where}", "Measured by physics and the true map of the world.")
-    rows = [row for run in runs for row in _rows(run)]
-    page.facts([_fact(run) for run in runs])
-    _paths(page, runs, world, where)
-    _clips(page, runs)
-    page.section("Goals", "In a row until one fails. SPL is success weighted by path length.")
-    names = ("drive",) if len(runs) > 1 else ()
-    page.table(rows, (*names, *ATTEMPT_COLUMNS), every="All columns")
-    failed = [row for row in rows if row["outcome"] != "goal"]
-    if failed:
-        page.note(" ".join(_failure(row) for row in failed))
-    _motion(page, runs)
-    _last_scan(page, runs[0])
-    page.section(
-        "The world", "Starts and goals of its tasks, forbidden ground by reason (Fig. 20)."
-    )
-    page.figure(world_figure(world), "world", f"{where} from above and in 3D")
-    return page, {"drives": [{**_without_paths(run)} for run in runs], "goals": rows}
+    rows = [{"drive": run.name, **each} for run in runs for each in run.data["attempts"]]
+    sections = [
+        _paths(runs, world, where),
+        _clips(runs),
+        _goals(rows, len(runs) > 1),
+        _motion(runs),
+        _last_cloud(runs[0]),
+        Section(
+            "The world",
+            _WORLD_TEXT,
+            Plot(world_figure(world), "world", f"{where} from above and in 3D"),
+        ),
+    ]
+    lead = "Measured by physics and the true map of the world."
+    page = Page(f"{title} in {where}", lead, [_fact(run) for run in runs], sections)
+    drives = [{k: v for k, v in run.data.items() if k not in _LONG} for run in runs]
+    return page, {"drives": drives, "goals": rows}
 
 
 def _read(folders: Sequence[Path]) -> list[DriveRun]:
@@ -145,11 +153,6 @@ def _read(folders: Sequence[Path]) -> list[DriveRun]:
     ]
 
 
-def _rows(run: DriveRun) -> list[Row]:
-    """Return the attempts of a drive."""
-    return [{"drive": run.name, **attempt} for attempt in run.data["attempts"]]
-
-
 def _fact(run: DriveRun) -> Fact:
     """Return how many goals a drive reached, and how long it took."""
     attempts = run.data["attempts"]
@@ -159,14 +162,8 @@ def _fact(run: DriveRun) -> Fact:
     return Fact(run.name, f"{reached} of {goals} goals", f"{time:.0f} s, {way:.0f} m")
 
 
-def _failure(row: Row) -> str:
-    """Return how an attempt failed, in words."""
-    contact = f" ({word(row['contact'])})" if row.get("contact") else ""
-    return f"{row['drive']}, goal {row['goal']}: {word(row['outcome'])}{contact}."
-
-
-def _paths(page: Report, runs: Sequence[DriveRun], world: World, where: str) -> None:
-    """Add the paths on the true map, the first one with stamps (Fig. 18, 21, 22)."""
+def _paths(runs: Sequence[DriveRun], world: World, where: str) -> Section:
+    """Return the paths on the true map, the first one with stamps (Fig. 18, 21, 22)."""
     first, *others = runs
     path = first.path
     every = max(_round_time(len(path) * _PERIOD / _STAMPS), 10.0)
@@ -180,8 +177,9 @@ def _paths(page: Report, runs: Sequence[DriveRun], world: World, where: str) -> 
         name=first.name if others else "driven",
     )
     number = "Fig. 22" if others else "Fig. 18, 21"
-    page.section("Path", f"Time and distance stand beside the path, as in the paper's {number}.")
-    page.figure(figure, "path", f"Path on the true map ({number})", drawn=True, light=True)
+    text = f"Time and distance stand beside the path, as in the paper's {number}."
+    plot = Plot(figure, "path", f"Path on the true map ({number})", drawn=True, light=True)
+    return Section("Path", text, plot)
 
 
 def _round_time(seconds: float) -> float:
@@ -189,40 +187,54 @@ def _round_time(seconds: float) -> float:
     return min((10.0, 20.0, 30.0, 60.0, 120.0, 300.0), key=lambda one: abs(one - seconds))
 
 
-def _clips(page: Report, runs: Sequence[DriveRun]) -> None:
-    """Add the clips of drives that have some, else say how one is made (in place of Fig. 19)."""
+def _clips(runs: Sequence[DriveRun]) -> Section:
+    """Return the clips of drives that have some, else say how one is made (in place of Fig. 19)."""
     found = {run.name: run.clip for run in runs if run.clip is not None}
-    page.section(
-        "Moving picture", "" if found else "There is none: drive --clip FILE.gif makes one."
-    )
-    for name, clip in found.items():
-        text = f"{name}: from behind the robot (Fig. 19)"
-        page.film(clip.read_bytes(), f"clip-{name}", text, clip.suffix[1:])
+    text = "" if found else "There is none: drive --clip FILE.gif makes one."
+    caption = "from behind the robot (Fig. 19)"
+    films = [
+        Picture(clip.read_bytes(), f"{name}: {caption}", clip.suffix[1:], f"clip-{name}")
+        for name, clip in found.items()
+    ]
+    return Section("Moving picture", text, *films)
 
 
-def _motion(page: Report, runs: Sequence[DriveRun]) -> None:
-    """Add headings, steering, speed and error of the pose over time (Fig. 23)."""
+def _goals(rows: Sequence[Row], compared: bool) -> Section:
+    """Return the attempts of the drives, and how those that failed ended."""
+    columns = (*(("drive",) if compared else ()), *ATTEMPT_COLUMNS)
+    failures = " ".join(_failure(row) for row in rows if row["outcome"] != "goal")
+    table = Table(rows, columns, every="All columns")
+    return Section("Goals", _GOALS_TEXT, table, Text(failures) if failures else None)
+
+
+def _failure(row: Row) -> str:
+    """Return how an attempt failed, in words."""
+    contact = f" ({word(row['contact'])})" if row.get("contact") else ""
+    return f"{row['drive']}, goal {row['goal']}: {word(row['outcome'])}{contact}."
+
+
+def _motion(runs: Sequence[DriveRun]) -> Section:
+    """Return headings, steering, speed and error of the pose over time (Fig. 23)."""
     traces = {run.name: run.trace for run in runs}
     known = {name: trace for name, trace in traces.items() if trace is not None}
     if not known:
-        page.section("Motion", "The drive is of an earlier version, without its motion over time.")
-        return
-    page.section("Motion", "True values, twice a second. Move over a line to read it.")
-    page.figure(headings_figure(known), "headings", "Heading over time (Fig. 23)", drawn=True)
+        return Section(
+            "Motion", "The drive is of an earlier version, without its motion over time."
+        )
     text = "Yaw rate, speed, and how far the estimated position is from the true one"
-    page.figure(motion_figure(known), "motion", text, drawn=True)
+    return Section(
+        "Motion",
+        "True values, twice a second. Move over a line to read it.",
+        Plot(headings_figure(known), "headings", "Heading over time (Fig. 23)", drawn=True),
+        Plot(motion_figure(known), "motion", text, drawn=True),
+    )
 
 
-def _last_scan(page: Report, run: DriveRun) -> None:
-    """Add the last cloud with its cells and virtual ranges, by the shipped classifier (Fig. 5)."""
+def _last_cloud(run: DriveRun) -> Section | None:
+    """Return the last cloud with its cells and virtual ranges, by the shipped forest (Fig. 5)."""
     path = run.folder / LAST_CLOUD
     if not path.is_file():
-        return
-    scanned = scan_cloud(read_cloud(path), ScanConfig(), shipped_forest())
-    page.section("Last cloud", "Points, the state of each cell, and the virtual ranges (Fig. 5).")
-    page.figure(scan_figure(scanned, "last cloud"), "scan", f"Last cloud of {run.name} (Fig. 5)")
-
-
-def _without_paths(run: DriveRun) -> Row:
-    """Return a drive without its long lists."""
-    return {k: v for k, v in run.data.items() if k not in ("path", "walkers", "trace")}
+        return None
+    figure = scan_figure(scan_cloud(read_cloud(path), ScanConfig(), shipped_forest()), "last cloud")
+    text = "Points, the state of each cell, and the virtual ranges (Fig. 5)."
+    return Section("Last cloud", text, Plot(figure, "scan", f"Last cloud of {run.name} (Fig. 5)"))

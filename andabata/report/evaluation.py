@@ -1,15 +1,16 @@
 """Report of evaluations off-road and of suites, with Table 4 and Figure 24 of Sanchez et al."""
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from PIL import Image
 
-from andabata.report.columns import counted, interval, several, word
-from andabata.report.folder import check_keys, read_result, read_rows
-from andabata.report.page import Fact, Report
+from andabata.report.blocks import Block, Fact, Folded, Picture, Plot, Table, Text
+from andabata.report.columns import interval, several, with_reached, word
+from andabata.report.folder import read_result, read_rows
+from andabata.report.page import Page, Section
 from andabata.report.plots.evaluation import difficulty_figure, goals_figure, paths_figure
 from andabata.report.run_folders import EVALUATION
 
@@ -54,8 +55,20 @@ MOST_BYTES = 7_000_000
 _WIDTH, _QUALITY = 900, 62
 """Width of a picture of a failure [pixels], and its quality as WebP."""
 
+_SUCCESS_TEXT = (
+    "A goal counts as tried in every trial, so that the figures are those of goals in a row. "
+    "Brackets hold 95 % intervals (Wilson); SPL is success weighted by path length."
+)
 
-def report_evaluation(folder: Path) -> tuple[Report, Row]:
+_PAPER_TEXT = "The paper's Table 4, in its own test world, beside those of natural-test:"
+
+_PATHS_TEXT = (
+    "Each trial has a world of its own: paths begin at the origin, the first goal lies ahead. "
+    "The paper's Fig. 24 shows those of one world."
+)
+
+
+def report_evaluation(folder: Path) -> tuple[Page, Row]:
     """Return a page about an evaluation off-road, and its figures.
 
     Args:
@@ -64,22 +77,23 @@ def report_evaluation(folder: Path) -> tuple[Report, Row]:
     Raises:
         RunFolderError: If it is not finished, or of another version.
     """
-    data = read_result(folder, EVALUATION, _KEYS)
+    data = read_result(folder, EVALUATION, _KEYS, _ROW_KEYS)
     rows: list[Row] = data["rows"]
-    for row in rows:
-        check_keys(row, _ROW_KEYS, folder / EVALUATION, folder)
     attempts = read_attempts(folder / TRIALS) if (folder / TRIALS).is_file() else []
     suite, controllers = data["config"].get("suite"), _names(rows, "controller")
     worlds = _names(rows, "world")
-    page = Report(
-        f"Suite {suite}" if suite else f"{several(len(controllers), 'controller')} side by side",
+    title = f"Suite {suite}" if suite else f"{several(len(controllers), 'controller')} side by side"
+    page = Page(
+        title,
         f"{', '.join(controllers)}; the same worlds, starts and noise for each.",
+        [_fact(row) for row in with_reached(rows) if row["goal"] == "all"],
+        [
+            _success(rows, worlds),
+            _by_difficulty(attempts, controllers),
+            _paths(attempts, worlds),
+            _failures(folder, data["failures"], attempts),
+        ],
     )
-    page.facts([_fact(row) for row in rows if row["goal"] == "all"])
-    _success(page, rows, worlds)
-    _by_difficulty(page, attempts, controllers)
-    _paths(page, attempts, worlds)
-    _failures(page, folder, data["failures"], attempts)
     return page, {key: data[key] for key in ("rows", "failures")}
 
 
@@ -92,41 +106,31 @@ def read_attempts(path: Path) -> list[Row]:
     return [row for entry in read_rows(path)[1:] for row in entry["rows"]]
 
 
-def _success(page: Report, rows: Sequence[Row], worlds: Sequence[str]) -> None:
-    """Add success by goal, a table a world."""
-    page.section(
-        "Success",
-        "A goal counts as tried in every trial, so that the figures are those of goals in a row. "
-        "Brackets hold 95 % intervals (Wilson); SPL is success weighted by path length.",
-    )
+def _success(rows: Sequence[Row], worlds: Sequence[str]) -> Section:
+    """Return success by goal, a table a world."""
     there = PAPER_WORLD in worlds
-    paper = {PAPER_WORLD: PAPER_GOALS} if there else {}
     beside = "; hollow: the paper's Table 4, of one world" if there else ""
-    page.figure(goals_figure(rows, paper), "success", f"Goals reached in a row{beside}", drawn=True)
-    for world in worlds:
-        mine = [row for row in rows if row["world"] == world]
-        add_goals_table(page, mine, f"All columns of {world}", world)
-    if there:
-        page.note("The paper's Table 4, in its own test world, beside those of natural-test:")
-        page.table(_paper_rows())
+    figure = goals_figure(rows, {PAPER_WORLD: PAPER_GOALS} if there else {})
+    tables = (
+        goals_table([row for row in rows if row["world"] == name], f"All columns of {name}", name)
+        for name in worlds
+    )
+    plot = Plot(figure, "success", f"Goals reached in a row{beside}", drawn=True)
+    paper = [Text(_PAPER_TEXT), Table(_paper_rows())] if there else ()
+    return Section("Success", _SUCCESS_TEXT, plot, *tables, *paper)
 
 
-def add_goals_table(page: Report, rows: Sequence[Row], every: str, caption: str = "") -> None:
-    """Add the table of one world: goals reached in a row, ends and measures.
+def goals_table(rows: Sequence[Row], every: str, caption: str = "") -> Table:
+    """Return the table of one world: goals reached in a row, ends and measures.
 
     Args:
-        page: Page to add to.
         rows: Rows of ``andabata.evaluation.offroad_table.summarise``.
         every: Title under which all columns are folded.
         caption: Text above the table.
     """
     several_goals = len({row["goal"] for row in rows}) > 2  # Two are the only goal and "all".
-    page.table(
-        [row | {"reached": counted(row)} for row in rows if several_goals or row["goal"] != "all"],
-        _SHOWN,
-        caption=caption,
-        every=every,
-    )
+    shown = [row for row in with_reached(rows) if several_goals or row["goal"] != "all"]
+    return Table(shown, _SHOWN, caption, every)
 
 
 def _paper_rows() -> list[Row]:
@@ -137,97 +141,89 @@ def _paper_rows() -> list[Row]:
     ]
 
 
-def _by_difficulty(page: Report, attempts: Sequence[Row], controllers: Sequence[str]) -> None:
-    """Add success over difficulty where worlds of several difficulties were driven."""
+def _by_difficulty(attempts: Sequence[Row], controllers: Sequence[str]) -> Section | None:
+    """Return success over difficulty where worlds of several difficulties were driven."""
+    # The last attempt of each trial: later ones replace earlier ones.
+    last = {(row["trial"], row["controller"]): row for row in attempts}.values()
     trials = [
         {
             "controller": row["controller"],
             "difficulty": row["difficulty"],
             "success": row["outcome"] == "goal" and row["goal"] == row["goals"],
         }
-        for row in _last_attempts(attempts)
+        for row in last
         if row.get("difficulty") is not None
     ]
     if len({row["difficulty"] for row in trials}) < 2:
-        return
-    page.section("Difficulty", "Whole trials in worlds of rising difficulty, in five ranges.")
+        return None
     figure = difficulty_figure(trials, controllers)
-    page.figure(figure, "difficulty", "All goals reached, with 95 % intervals", drawn=True)
+    plot = Plot(figure, "difficulty", "All goals reached, with 95 % intervals", drawn=True)
+    text = "Whole trials in worlds of rising difficulty, in five ranges."
+    return Section("Difficulty", text, plot)
 
 
-def _last_attempts(attempts: Sequence[Row]) -> list[Row]:
-    """Return the last attempt of each trial."""
-    return list({(row["trial"], row["controller"]): row for row in attempts}.values())
-
-
-def _paths(page: Report, attempts: Sequence[Row], worlds: Sequence[str]) -> None:
-    """Add the paths of all trials, a figure a world (Fig. 24)."""
-    drawn = [row for row in attempts if row.get("path") and row.get("goal_xy")]
-    if not drawn:
-        return
-    page.section(
-        "Paths",
-        "Each trial has a world of its own: paths begin at the origin, the first goal lies ahead. "
-        "The paper's Fig. 24 shows those of one world.",
-    )
-    for world in worlds:
-        by_controller: dict[str, list[Row]] = {}
-        for row in drawn:
-            if row["world"] == world:
-                by_controller.setdefault(row["controller"], []).append(row)
+def _paths(attempts: Sequence[Row], worlds: Sequence[str]) -> Section | None:
+    """Return the paths of all trials, a figure a world (Fig. 24)."""
+    by_world: dict[str, dict[str, list[Row]]] = {world: {} for world in worlds}
+    for row in attempts:
+        if row.get("path") and row.get("goal_xy"):
+            by_world[row["world"]].setdefault(row["controller"], []).append(row)
+    plots = []
+    for world, by_controller in by_world.items():
         trials = {name: _joined(rows) for name, rows in by_controller.items()}
         if trials:
             figure = paths_figure(trials, f"{world}: paths of all trials")
-            page.figure(
-                figure, f"paths-{world}", f"Paths and ends in {world} (Fig. 24)", drawn=True
-            )
+            caption = f"Paths and ends in {world} (Fig. 24)"
+            plots.append(Plot(figure, f"paths-{world}", caption, drawn=True))
+    return Section("Paths", _PATHS_TEXT, *plots) if plots else None
 
 
 def _joined(rows: Sequence[Row]) -> list[Row]:
     """Return one row a trial, whose path goes on from goal to goal, with its last outcome."""
     found: dict[int, Row] = {}
     for row in rows:
-        before = found.get(row["trial"])
-        if before is None:
-            path = [*row["path"], row["end_xy"]]
-            found[row["trial"]] = {"path": path, **{k: row[k] for k in ("goal_xy", "outcome")}}
-        else:
-            path = [*before["path"], *row["path"], row["end_xy"]]
-            found[row["trial"]] = before | {"path": path, "outcome": row["outcome"]}
+        first = found.setdefault(row["trial"], {"path": [], "goal_xy": row["goal_xy"]})
+        path = [*first["path"], *row["path"], row["end_xy"]]
+        found[row["trial"]] = first | {"path": path, "outcome": row["outcome"]}
     return list(found.values())
 
 
-def _failures(page: Report, folder: Path, causes: Sequence[Row], attempts: Sequence[Row]) -> None:
-    """Add causes of failures, their pictures by cause, and each failed trial."""
-    page.section("Failures", "" if causes else "None.")
+def _failures(folder: Path, causes: Sequence[Row], attempts: Sequence[Row]) -> Section:
+    """Return causes of failures, their pictures by cause, and each failed trial."""
     if not causes:
-        return
-    page.table(causes[:_FEW], _CAUSES)
-    if len(causes) > _FEW:
-        with page.folded(f"All {len(causes)} causes"):
-            page.table(causes, _CAUSES)
-    pictures = _pictures(folder / FAILURES, attempts)
+        return Section("Failures", "None.")
+    failed = [row for row in attempts if row["outcome"] != "goal"]
+    causes_table = Folded(f"All {len(causes)} causes", [Table(causes, _CAUSES)])
+    failed_table = Folded(f"All {len(failed)} failed drives", [Table(failed, _FAILED)])
+    return Section(
+        "Failures",
+        "",
+        Table(causes[:_FEW], _CAUSES),
+        causes_table if len(causes) > _FEW else None,
+        *_shown_pictures(folder / FAILURES, failed),
+        failed_table if failed else None,
+    )
+
+
+def _shown_pictures(folder: Path, failed: Sequence[Row]) -> Iterator[Block]:
+    """Yield the pictures of failures that a page has room for, by controller, end and cause."""
+    pictures = _pictures(folder, failed)
     kept = _within(pictures, MOST_BYTES)
     left_out = sum(map(len, pictures.values())) - sum(map(len, kept.values()))
     if left_out:
-        page.note(f"{left_out} more pictures are in {folder / FAILURES}.")
+        yield Text(f"{left_out} more pictures are in {folder}.")
     for title, some in kept.items():
-        with page.folded(f"{title} ({len(some)})"), page.grid():
-            for name, data in some:
-                page.picture(data, name, "webp")
-    failed = [row for row in attempts if row["outcome"] != "goal"]
-    if failed:
-        with page.folded(f"All {len(failed)} failed drives"):
-            page.table(failed, _FAILED)
+        shown = [Picture(data, name, "webp") for name, data in some]
+        yield Folded(f"{title} ({len(some)})", shown, is_grid=True)
 
 
-def _pictures(folder: Path, attempts: Sequence[Row]) -> dict[str, list[tuple[str, bytes]]]:
+def _pictures(folder: Path, failed: Sequence[Row]) -> dict[str, list[tuple[str, bytes]]]:
     """Return the pictures of failures as WebP with their names, by controller, end and cause."""
     found: dict[str, list[tuple[str, bytes]]] = {}
-    for row in attempts:
+    for row in failed:
         name = f"{row['world']}_{row['world_seed']}_{row['controller']}_goal{row['goal']}"
         path = folder / f"{name}.png"
-        if row["outcome"] != "goal" and path.is_file():
+        if path.is_file():
             title = f"{row['controller']}: {word(row['outcome'])}, {row['cause']}"
             text = f"{row['world']} {row['world_seed']}, goal {row['goal']}: {row['cause']}"
             found.setdefault(title, []).append((text, _small(path)))
@@ -266,7 +262,8 @@ def _within(
 
 def _fact(row: Row) -> Fact:
     """Return how often a controller reached all goals of a world."""
-    return Fact(f"{row['controller']}, {row['world']}", counted(row), interval(row, "success_rate"))
+    name = f"{row['controller']}, {row['world']}"
+    return Fact(name, row["reached"], interval(row, "success_rate"))
 
 
 def _names(rows: Sequence[Row], key: str) -> list[str]:

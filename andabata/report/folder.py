@@ -1,7 +1,7 @@
 """Reading of run folders for reports: descriptions and results, with errors that name the cause."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -50,13 +50,16 @@ def read_about(folder: Path) -> dict[str, Any]:
     )
 
 
-def read_result(folder: Path, name: str, keys: Iterable[str]) -> dict[str, Any]:
+def read_result(
+    folder: Path, name: str, keys: Iterable[str], row_keys: Sequence[str] = ()
+) -> dict[str, Any]:
     """Return the result of a run.
 
     Args:
         folder: Folder of the run.
         name: Name of the file.
         keys: Keys that the report needs.
+        row_keys: Keys that it needs of each of ``rows``.
 
     Raises:
         RunFolderError: If the file is missing, damaged, or of a version without these keys.
@@ -69,6 +72,8 @@ def read_result(folder: Path, name: str, keys: Iterable[str]) -> dict[str, Any]:
         )
     found = _object(path)
     check_keys(found, keys, path, folder)
+    for row in found["rows"] if row_keys else ():
+        check_keys(row, row_keys, path, folder)
     return found
 
 

@@ -1,6 +1,6 @@
-"""Report of training in rooms, with figures of Zhang et al. (arXiv 2010.10209, section IV-A)."""
+"""Sections on training in rooms, with figures of Zhang et al. (arXiv 2010.10209, section IV-A)."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from andabata.evaluation.room_drives import RoomAttempt, drive_tasks
 from andabata.evaluation.room_table import task_score
-from andabata.report.columns import several
-from andabata.report.page import Report
+from andabata.report.blocks import Plot, Table
+from andabata.report.page import Page, Section
 from andabata.report.plots.room_curves import LearningCurves, learning_curves_figure
 from andabata.report.plots.rooms import trajectories_figure
-from andabata.report.training_folder import TrainingRun
+from andabata.report.training_folder import TrainingRun, plans_text, runs_by_plan
 from andabata.tasks.rooms.lattice_oracle import oracle_steps
 from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
@@ -62,13 +62,23 @@ _RUN_COLUMNS = (
 _LAST = 5
 """Number of tests at the end whose mean says whether a policy holds what it has learnt."""
 
-_NOTE = (
+_TESTS_TEXT = (
     "A test drives the fixed tasks of all rooms without exploring; a task's score is 1 - 0.001 T "
     "after T control steps, or -1. The rooms are this project's own, since the paper's are not "
     "published: scores depend on the size of a room and compare within this table alone, while "
     "T/oracle, the ratio to the fewest steps that a search finds, does not depend on it. The "
     "paper's best scores stand beside for the order of magnitude."
 )
+
+_BEST_TEXT = (
+    "the paper's beside; seeds whose best test reached every goal; goals of the last five tests; "
+    "steps of the best test against the oracle's."
+)
+
+_RUNS_TEXT = "The chosen policy is the one that validation on random tasks chose."
+
+Drives = Mapping[str, list[RoomAttempt]]
+"""Drives of a policy by room."""
 
 
 class RoomTest(NamedTuple):
@@ -128,122 +138,90 @@ class Group:
         return LearningCurves(steps, np.array(scores))
 
 
-def report_room_training(folders: Sequence[Path]) -> tuple[Report, dict[str, Any]]:
-    """Return a page about training runs in rooms, and its figures.
+def tests_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
+    """Return a page about training runs that were tested on fixed tasks, and its figures.
 
     Args:
-        folders: Folders of the runs: several seeds of one plan or of several.
+        runs: Several seeds of one plan or of several.
 
     Raises:
-        RunFolderError: If a folder holds no run, or one without a stage that is over.
-        ValueError: If it had no tests, the rooms of two runs differ, or
-            two runs of one plan have the same seed.
+        ValueError: If a run had no tests, the rooms of two runs differ, or two runs of one plan
+            have the same seed.
     """
-    runs = [TrainingRun.read(folder) for folder in folders]
-    task = _task(runs[0])
-    for run in runs:
-        if _task(run).rooms != task.rooms:
-            raise ValueError(
-                f"{run.folder}: expected the rooms {', '.join(task.rooms)} of the other runs, got "
-                f"{', '.join(_task(run).rooms)}; give them a report of their own"
-            )
+    task = _shared_task(runs)
     rooms = [make_room(name) for name in task.rooms]
     places = np.array([index for index, _ in task.fixed_tasks])
     oracle = _oracle(task, rooms)
-    groups = _groups(runs)
+    groups = [
+        Group(name, some, tuple(_tests(run) for run in some))
+        for name, some in runs_by_plan(runs, _actor).items()
+    ]
     chosen = {run.folder: _chosen_drives(run) for run in runs}
-    page = Report(
-        "Learning to drive in rooms",
-        f"{several(len(runs), 'run')}, {several(len(groups), 'actor').lower()}.",
-    )
-    page.section("Tests during training", _NOTE)
-    curves = {group.name: group.curves(places, len(rooms)) for group in groups}
-    counts = np.bincount(places, minlength=len(rooms)).tolist()
-    figure = learning_curves_figure(curves, task.rooms, counts)
-    caption = "Score of the tests by room: mean over seeds, lowest to highest (Fig. 5)"
-    page.figure(figure, "learning", caption, drawn=True)
-    data: dict[str, Any] = {
-        "groups": [_group_row(group, places == len(rooms) - 1, oracle) for group in groups],
-        "runs": [row for group in groups for row in _run_rows(group, chosen, oracle)],
-    }
-    page.section(
-        "Best tests (Table I)",
-        f"Means over the seeds: best score in {rooms[-1].name} and in all rooms, the paper's "
-        "beside; seeds whose best test reached every goal; goals of the last five tests; steps of "
-        "the best test against the oracle's.",
-    )
-    page.table(data["groups"], _GROUP_COLUMNS, every="All columns")
-    page.section("Runs", "The chosen policy is the one that validation on random tasks chose.")
-    page.table(data["runs"], _RUN_COLUMNS, every="All columns")
-    page.section("Tests of the chosen policies", "The first run of each actor.")
-    for group in groups:
-        driven = chosen[group.runs[0].folder]
-        found = {(group.name, room.name): driven[room.name] for room in rooms}
-        title = f"{group.name}, seed {group.runs[0].seed}"
-        figure = trajectories_figure(found, rooms, title)
-        page.figure(
-            figure, f"tasks-{group.name}", f"Fixed tasks: {title} (rooms: Fig. 4)", drawn=True
-        )
-    return page, data
+    group_rows = [_group_row(group, places == len(rooms) - 1, oracle) for group in groups]
+    run_rows = [
+        _run_row(group.name, run, tests, chosen[run.folder], oracle)
+        for group in groups
+        for run, tests in zip(group.runs, group.tests, strict=True)
+    ]
+    sections = [
+        Section("Tests during training", _TESTS_TEXT, _curves(groups, task, places)),
+        Section(
+            "Best tests (Table I)",
+            f"Means over the seeds: best score in {rooms[-1].name} and in all rooms, {_BEST_TEXT}",
+            Table(group_rows, _GROUP_COLUMNS, every="All columns"),
+        ),
+        Section("Runs", _RUNS_TEXT, Table(run_rows, _RUN_COLUMNS, every="All columns")),
+        Section(
+            "Tests of the chosen policies",
+            "The first run of each actor.",
+            *(_drives(group, chosen, rooms) for group in groups),
+        ),
+    ]
+    lead = plans_text({group.name: group.runs for group in groups}, "actor")
+    page = Page("Learning to drive in rooms", lead, sections=sections)
+    return page, {"groups": group_rows, "runs": run_rows}
 
 
-def _task(run: TrainingRun) -> SpnConfig:
-    """Return the task of the last stage.
+def _shared_task(runs: Sequence[TrainingRun]) -> SpnConfig:
+    """Return the task of the last stage of runs.
 
     Raises:
-        ValueError: If it is another task.
+        ValueError: If the rooms of two runs differ.
     """
-    environment = run.stages[-1].environment
-    if not isinstance(environment, SpnConfig):
-        raise ValueError(
-            f"{run.folder}: expected a run in rooms as the first, got {environment.task}; give "
-            "them a report of their own"
-        )
-    return environment
+    task = runs[0].environment(SpnConfig)
+    for run in runs:
+        rooms = run.environment(SpnConfig).rooms
+        if rooms != task.rooms:
+            raise ValueError(
+                f"{run.folder}: expected the rooms {', '.join(task.rooms)} of the other runs, got "
+                f"{', '.join(rooms)}; give them a report of their own"
+            )
+    return task
+
+
+def _curves(groups: Sequence[Group], task: SpnConfig, places: NDArray[np.int64]) -> Plot:
+    """Return the scores of the tests over the control steps."""
+    curves = {group.name: group.curves(places, len(task.rooms)) for group in groups}
+    counts = np.bincount(places, minlength=len(task.rooms)).tolist()
+    caption = "Score of the tests by room: mean over seeds, lowest to highest (Fig. 5)"
+    figure = learning_curves_figure(curves, task.rooms, counts)
+    return Plot(figure, "learning", caption, drawn=True)
+
+
+def _drives(group: Group, chosen: Mapping[Path, Drives], rooms: Sequence[Room]) -> Plot:
+    """Return the drives of the chosen policy of an actor's first run."""
+    first = group.runs[0]
+    found = {(group.name, room.name): chosen[first.folder][room.name] for room in rooms}
+    title = f"{group.name}, seed {first.seed}"
+    figure = trajectories_figure(found, rooms, title)
+    caption = f"Fixed tasks: {title} (rooms: Fig. 4)"
+    return Plot(figure, f"tasks-{group.name}", caption, drawn=True)
 
 
 def _oracle(task: SpnConfig, rooms: Sequence[Room]) -> list[int]:
     """Return the fewest steps of each fixed task."""
     radius = task.terminations.goal_radius
     return [oracle_steps(rooms[index], one, task.robot, radius) for index, one in task.fixed_tasks]
-
-
-def _groups(runs: Sequence[TrainingRun]) -> list[Group]:
-    """Return the runs by their plans, each with its tests.
-
-    Raises:
-        ValueError: If a run had no tests, or two runs of one plan have the same seed.
-    """
-    return [
-        Group(name, some, tuple(_tests(run) for run in some))
-        for name, some in runs_by_plan(runs, _actor).items()
-    ]
-
-
-def runs_by_plan(
-    runs: Sequence[TrainingRun], name_of: Callable[[TrainingRun], str]
-) -> dict[str, tuple[TrainingRun, ...]]:
-    """Return the runs by their plans, each under a name of its own.
-
-    Args:
-        runs: Runs.
-        name_of: Function that names the plan of a run; plans of one name are told by their folders.
-
-    Raises:
-        ValueError: If two runs of one plan have the same seed.
-    """
-    by_plan: dict[str, list[TrainingRun]] = {}
-    for run in runs:
-        by_plan.setdefault(run.plan.model_dump_json(), []).append(run)
-    names = [name_of(some[0]) for some in by_plan.values()]
-    found = {}
-    for name, some in zip(names, by_plan.values(), strict=True):
-        seeds = [run.seed for run in some]
-        if len(set(seeds)) < len(seeds):
-            raise ValueError(f"runs of {name}: expected another seed in each, got {seeds}")
-        full = name if names.count(name) == 1 else f"{name}, {some[0].folder}"
-        found[full] = tuple(some)
-    return found
 
 
 def _actor(run: TrainingRun) -> str:
@@ -295,67 +273,45 @@ def _group_row(group: Group, hardest: NDArray[np.bool_], oracle: Sequence[int]) 
     }
 
 
-def group_table(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows of actors with headings for people."""
-    return [
-        {
-            "actor": row["actor"],
-            "seeds": row["seeds"],
-            "Env3": row["best_score_hardest_room"],
-            "paper": row["paper_score_env3"],
-            "all": row["best_score"],
-            "paper, all": row["paper_score_env0_3"],
-            f"{row['tasks']} of {row['tasks']}": f"{row['seeds_with_all_tasks']}/{row['seeds']}",
-            "last 5": row["last_reached"],
-            "T/oracle": row["best_steps_to_oracle"],
-        }
-        for row in rows
-    ]
-
-
 def _last_reached(tests: Sequence[RoomTest]) -> float:
     """Return the mean number of tasks of the last tests that reached their goal."""
     return float(np.mean([test.reached for test in tests[-_LAST:]]))
 
 
-def _run_rows(
-    group: Group, driven: Mapping[Path, Mapping[str, list[RoomAttempt]]], oracle: Sequence[int]
-) -> list[Row]:
-    """Return the figures of each run of an actor.
+def _run_row(
+    name: str, run: TrainingRun, tests: Sequence[RoomTest], drives: Drives, oracle: Sequence[int]
+) -> Row:
+    """Return the figures of a run.
 
     Args:
-        group: Runs and tests of the actor.
-        driven: Drives of each run's chosen policy by folder and room.
+        name: Name of the actor.
+        run: Run.
+        tests: Tests of the run.
+        drives: Drives of its chosen policy.
         oracle: Fewest steps of each task.
     """
-    rows = []
-    for run, tests in zip(group.runs, group.tests, strict=True):
-        best, total = _best(tests), len(oracle)
-        whole = next((test.steps for test in tests if test.reached == total), None)
-        drives = [drive for some in driven[run.folder].values() for drive in some]
-        steps = tuple(d.detail.steps if d.outcome is Outcome.GOAL else None for d in drives)
-        chosen = RoomTest(run.history[-1]["steps"], steps)
-        rows.append(
-            {
-                "actor": group.name,
-                "seed": run.seed,
-                "tests": len(tests),
-                "first_steps_with_all_tasks": whole,
-                "best_reached": best.reached,
-                "best_score": float(best.scores.sum()),
-                "best_steps_to_oracle": best.ratio(oracle),
-                "last_reached": _last_reached(tests),
-                "chosen_reached": chosen.reached,
-                "chosen_score": float(chosen.scores.sum()),
-                "chosen_steps_to_oracle": chosen.ratio(oracle),
-            }
-        )
-    return rows
+    best, total = _best(tests), len(oracle)
+    ends = [drive for some in drives.values() for drive in some]
+    steps = tuple(end.detail.steps if end.outcome is Outcome.GOAL else None for end in ends)
+    chosen = RoomTest(run.history[-1]["steps"], steps)
+    return {
+        "actor": name,
+        "seed": run.seed,
+        "tests": len(tests),
+        "first_steps_with_all_tasks": next((t.steps for t in tests if t.reached == total), None),
+        "best_reached": best.reached,
+        "best_score": float(best.scores.sum()),
+        "best_steps_to_oracle": best.ratio(oracle),
+        "last_reached": _last_reached(tests),
+        "chosen_reached": chosen.reached,
+        "chosen_score": float(chosen.scores.sum()),
+        "chosen_steps_to_oracle": chosen.ratio(oracle),
+    }
 
 
-def _chosen_drives(run: TrainingRun) -> Mapping[str, list[RoomAttempt]]:
+def _chosen_drives(run: TrainingRun) -> Drives:
     """Return the drives of a run's chosen policy on the fixed tasks, by room."""
-    task, policy = _task(run), run.policy(run.stages[-1].name)
+    task, policy = run.environment(SpnConfig), run.policy(run.stages[-1].name)
     found = {}
     for name in task.rooms:
         one = task.unseen.model_copy(update={"rooms": (name,)})

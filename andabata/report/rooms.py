@@ -1,22 +1,21 @@
 """Reports of evaluations in rooms, with the figures of Zhang et al. (arXiv 2010.10209)."""
 
-from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from andabata.evaluation.room_drives import RoomAttempt, drive_tasks, drive_tour
 from andabata.evaluation.room_moments import watch_cell
 from andabata.evaluation.room_policies import TRAINED
-from andabata.evaluation.room_table import Cell
+from andabata.evaluation.room_table import Cell, over_rooms
 from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
-from andabata.evaluation.statistics import wilson_interval
 from andabata.evaluation.support_points import drive_with_support_points
 from andabata.machine.planar.lidar import TRAINING_LIDAR
-from andabata.report.columns import counted, several
-from andabata.report.page import Report
+from andabata.report.blocks import Folded, Picture, Plot, Table, Text
+from andabata.report.columns import several, with_reached
+from andabata.report.page import Page, Section
 from andabata.report.plots.film import film
 from andabata.report.plots.room_clip import room_film
 from andabata.report.plots.room_curves import study_figure
@@ -32,12 +31,15 @@ from andabata.report.plots.rooms import (
     trajectories_figure,
 )
 from andabata.report.room_folder import RoomFolder
+from andabata.tasks.rooms.config import RoomConfig
 from rl.policies.point_set import PointSetPolicy
 from rl.policy import Policy
 from worlds.rooms.catalogue import make_room
-from worlds.rooms.room import Room, RoomTask
+from worlds.rooms.room import Room
 
 Row = dict[str, Any]
+
+Driven = TypeVar("Driven")
 
 _SHOWN_LIDARS = ("hokuyo-270", "ten-beams", "ten-beams-forward")
 """Lasers whose paths are shown, as in Fig. 7, if they were driven; else the first three."""
@@ -66,9 +68,6 @@ _MANY = 24
 _BARS = 44
 """Width of a figure of ends, in bars; a room takes four more than its lasers."""
 
-_MEASURES = ("steps_to_oracle", "spl")
-"""Measures of a cell beside its ends."""
-
 _DIFFERENCES = ("policy", "against", "lidar", "memory", "tasks", "success_rate", "difference")
 """Columns of a difference between policies."""
 
@@ -82,8 +81,13 @@ _OTHER_ROOMS = (
     "(T/oracle) does not. The oracle leaves out what moves."
 )
 
+_POINTS_TEXT = (
+    "The points that give the features of a policy on points, every 20 control steps, with the "
+    "laser of training (Fig. 6); moments after 160 steps are left out."
+)
 
-def report_rooms(path: Path) -> tuple[Report, dict[str, Any]]:
+
+def report_rooms(path: Path) -> tuple[Page, Row]:
     """Return a page about an evaluation in rooms, and its figures.
 
     Args:
@@ -91,33 +95,16 @@ def report_rooms(path: Path) -> tuple[Report, dict[str, Any]]:
     """
     folder = RoomFolder(path)
     result, config = folder.result, folder.config
-    page = Report("Navigation in rooms", ", ".join(dict.fromkeys(config.rooms)))
-    tasks = several(config.pairs, "task") if config.pairs else "Fixed tasks"
-    page.section("Success", f"{tasks} a cell. {_OTHER_ROOMS}")
-    page.table(_over_rooms(result["rows"]), _TOGETHER, caption="All rooms together")
-    number = "Fig. 4b" if config.task.task == "td3" else "Fig. 8"
-    first, *others = _groups(result)
-    _ends(page, result["rows"], first, number)
-    for names in others:
-        with page.folded(f"How drives of {', '.join(names)} ended"):
-            _ends(page, result["rows"], names, number)
-    every = [*result["pooled"], *result["rows"]]
-    with page.folded(f"All {len(every)} cells") if len(every) > _MANY else nullcontext():
-        page.table(
-            [row | {"reached": counted(row)} for row in every],
-            _cell_columns(every),
-            every="All columns",
-        )
-    if result["differences"]:
-        page.note("Differences in success, all rooms together, on the same tasks:")
-        page.table(result["differences"], _DIFFERENCES)
     shown = [lidar for lidar in config.lidars if lidar in _SHOWN_LIDARS] or config.lidars
-    _drives(page, folder, {lidar: lidar for lidar in shown[:3]}, _rooms(config))
-    data: dict[str, Any] = {name: result[name] for name in ("rows", "pooled", "differences")}
-    return _with_moments(page, folder, _rooms(config), data)
+    rooms = _rooms(config)
+    moments, data = _moments(folder, rooms)
+    paths = _paths(folder, {lidar: lidar for lidar in shown[:3]}, rooms)
+    lead = ", ".join(dict.fromkeys(config.rooms))
+    page = Page("Navigation in rooms", lead, (), [_success(result, config), paths, *moments])
+    return page, {name: result[name] for name in ("rows", "pooled", "differences")} | data
 
 
-def report_study(path: Path) -> tuple[Report, dict[str, Any]]:
+def report_study(path: Path) -> tuple[Page, Row]:
     """Return a page about a study of a laser, and its figures.
 
     Args:
@@ -126,24 +113,55 @@ def report_study(path: Path) -> tuple[Report, dict[str, Any]]:
     folder = RoomFolder(path)
     result = folder.result
     rows = result["rows"]
-    page = Report("Where to mount the laser")
-    page.section("Differences", result["advice"])
-    page.note("Each interval below is that of one laser; the advice allows for all poses at once.")
-    title = f"{rows[0]['lidar']}, {len(result['policies'])} policies, {rows[0]['trials']} drives"
-    caption = "Success with each laser against the laser as it is, on the same tasks"
-    page.figure(study_figure(rows, title), "differences", caption)
-    shown = [row | {"reached": counted(row)} for row in rows]
-    page.table(shown, _STUDY, every="All columns")
     ordered = sorted(rows[1:], key=lambda row: float(row["difference"]))
     chosen = [rows[0], *ordered[-1:], *(ordered[:1] if len(ordered) > 1 else [])]
     rooms = _rooms(folder.config)[:_SHOWN_ROOMS]
-    _drives(page, folder, {row["text"]: row["lidar"] for row in chosen}, rooms)
-    return _with_moments(page, folder, rooms, {"rows": rows, "advice": result["advice"]})
+    moments, data = _moments(folder, rooms)
+    paths = _paths(folder, {row["text"]: row["lidar"] for row in chosen}, rooms)
+    page = Page("Where to mount the laser", "", (), [_study(result), paths, *moments])
+    return page, {"rows": rows, "advice": result["advice"]} | data
 
 
 def _rooms(config: RoomEvaluationConfig) -> list[Room]:
     """Return the rooms of an evaluation."""
     return [make_room(room) for room in dict.fromkeys(config.rooms)]
+
+
+def _success(result: Mapping[str, Any], config: RoomEvaluationConfig) -> Section:
+    """Return how drives ended: in all rooms together, by room and cell, and in differences."""
+    tasks = several(config.pairs, "task") if config.pairs else "Fixed tasks"
+    number = "Fig. 4b" if config.task.task == "td3" else "Fig. 8"
+    rows, (first, *others) = result["rows"], _groups(result)
+    every = [*result["pooled"], *rows]
+    cells = Table(with_reached(every), _cell_columns(every), every="All columns")
+    words = "Differences in success, all rooms together, on the same tasks:"
+    differences = [Text(words), Table(result["differences"], _DIFFERENCES)]
+    return Section(
+        "Success",
+        f"{tasks} a cell. {_OTHER_ROOMS}",
+        Table(with_reached(over_rooms(rows)), _TOGETHER, "All rooms together"),
+        *_ends(rows, first, number),
+        *(
+            Folded(f"How drives of {', '.join(names)} ended", _ends(rows, names, number))
+            for names in others
+        ),
+        Folded(f"All {len(every)} cells", [cells]) if len(every) > _MANY else cells,
+        *(differences if result["differences"] else ()),
+    )
+
+
+def _study(result: Mapping[str, Any]) -> Section:
+    """Return the differences of lasers from the laser as it is, with the advice."""
+    rows = result["rows"]
+    title = f"{rows[0]['lidar']}, {len(result['policies'])} policies, {rows[0]['trials']} drives"
+    caption = "Success with each laser against the laser as it is, on the same tasks"
+    return Section(
+        "Differences",
+        result["advice"],
+        Text("Each interval below is that of one laser; the advice allows for all poses at once."),
+        Plot(study_figure(rows, title), "differences", caption),
+        Table(with_reached(rows), _STUDY, every="All columns"),
+    )
 
 
 def _groups(result: Mapping[str, Any]) -> list[list[str]]:
@@ -155,88 +173,80 @@ def _groups(result: Mapping[str, Any]) -> list[list[str]]:
     return groups + [[name] for name in names if name not in together]
 
 
-def _ends(page: Report, rows: Sequence[Row], names: Sequence[str], number: str) -> None:
-    """Add how the drives of policies ended, as many rooms a figure as can be read."""
+def _ends(rows: Sequence[Row], names: Sequence[str], number: str) -> list[Plot]:
+    """Return how the drives of policies ended, as many rooms a figure as can be read."""
     mine, text = [row for row in rows if row["policy"] in names], ", ".join(names)
     rooms = list(dict.fromkeys(row["room"] for row in mine))
     lasers = len({row["lidar"] for row in mine})
     step = max(round(_BARS / (lasers + 4)), 1)
-    for begin in range(0, len(rooms), step):
-        some = [row for row in mine if row["room"] in rooms[begin : begin + step]]
-        page.figure(ends_figure(some, text), "ends", f"How drives ended ({number}): {text}")
-
-
-def _over_rooms(rows: Sequence[Row]) -> list[Row]:
-    """Return the counts of all rooms together, a row a policy, laser and memory."""
-    found: dict[tuple[str, str, str], list[Row]] = {}
-    for row in rows:
-        found.setdefault((row["policy"], row["lidar"], row["memory"]), []).append(row)
+    parts = [rooms[begin : begin + step] for begin in range(0, len(rooms), step)]
+    caption = f"How drives ended ({number}): {text}"
     return [
-        {"policy": policy, "lidar": lidar, "memory": memory, **_sums(mine)}
-        for (policy, lidar, memory), mine in found.items()
+        Plot(ends_figure([row for row in mine if row["room"] in part], text), "ends", caption)
+        for part in parts
     ]
-
-
-def _sums(rows: Sequence[Row]) -> Row:
-    """Return the counts of rows with the success rate and its interval."""
-    trials, reached, crashed, late = (
-        sum(row[key] for row in rows) for key in ("trials", "successes", "collisions", "timeouts")
-    )
-    low, high = wilson_interval(reached, trials)
-    return {
-        "reached": f"{reached} of {trials}",
-        "success_rate": reached / trials,
-        "wilson_low": low,
-        "wilson_high": high,
-        "collisions": crashed,
-        "timeouts": late,
-    }
 
 
 def _cell_columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return the columns of cells that are not folded: those that tell the rows apart."""
     several = [key for key in _CELL if len({row[key] for row in rows}) > 1] or ["room"]
     hits = ["hit_by_mover", "hit_at_rest"] if any(row.get("movers") for row in rows) else []
-    return [*several, "reached", "success_rate", "collisions", *hits, "timeouts", *_MEASURES]
+    return [
+        *several,
+        "reached",
+        "success_rate",
+        "collisions",
+        *hits,
+        "timeouts",
+        "steps_to_oracle",
+        "spl",
+    ]
 
 
-def _drives(
-    page: Report, folder: RoomFolder, lidars: Mapping[str, str], rooms: Sequence[Room]
-) -> None:
-    """Add paths and ends of the first policy, up to four rooms a picture (Fig. 7).
+def _paths(folder: RoomFolder, lidars: Mapping[str, str], rooms: Sequence[Room]) -> Section:
+    """Return paths and ends of the first policy, and a moving picture of its first drives (Fig. 7).
 
     Args:
-        page: Page to add to.
         folder: Folder of the drives.
         lidars: Lasers by their names in the picture.
         rooms: Rooms.
     """
     name = next(iter(folder.policies))
-    page.section("Paths", f"Drives of {name}: paths, and where and how they ended (Fig. 7).")
-    for memory in folder.config.memories:
-        title = f"policy {name}, {memory_words(memory)}"
-        caption = f"Paths and ends: {name}, {memory_text(memory)}"
-        for begin in range(0, len(rooms), _SHOWN_ROOMS):
-            some = rooms[begin : begin + _SHOWN_ROOMS]
-            cells = {
-                (_laser_text(text), room.name): Cell(name, lidar, room.name, memory)
-                for text, lidar in lidars.items()
-                for room in some
-            }
-            found = {key: folder.drives(cell) for key, cell in cells.items()}
-            moving = {room.name for room in some if room.movers and not room.appearances}
-            movers = {
-                key: _movers(folder, cell) for key, cell in cells.items() if cell.room in moving
-            }
-            figure = trajectories_figure(found, some, title, movers)
-            page.figure(figure, f"paths-{memory}", caption, drawn=True)
-    filmed = next((room for room in rooms if room.movers and not room.appearances), rooms[0])
-    _film(page, folder, name, next(iter(lidars.values())), filmed)
+    parts = [rooms[begin : begin + _SHOWN_ROOMS] for begin in range(0, len(rooms), _SHOWN_ROOMS)]
+    plots = [
+        _paths_plot(folder, lidars, part, memory)
+        for memory in folder.config.memories
+        for part in parts
+    ]
+    filmed = next((room for room in rooms if _has_movers(room)), rooms[0])
+    text = f"Drives of {name}: paths, and where and how they ended (Fig. 7)."
+    return Section("Paths", text, *plots, _film(folder, next(iter(lidars.values())), filmed))
 
 
-def _laser_text(name: str) -> str:
-    """Return a laser's name in a title."""
-    return "laser of its training" if name == TRAINED else f"laser {name}"
+def _paths_plot(
+    folder: RoomFolder, lidars: Mapping[str, str], rooms: Sequence[Room], memory: str
+) -> Plot:
+    """Return paths and ends of the first policy in some rooms, a panel a laser and room."""
+    name = next(iter(folder.policies))
+    cells = {
+        ("laser of its training" if text == TRAINED else f"laser {text}", room.name): Cell(
+            name, lidar, room.name, memory
+        )
+        for text, lidar in lidars.items()
+        for room in rooms
+    }
+    found = {key: folder.drives(cell) for key, cell in cells.items()}
+    moving = {room.name for room in rooms if _has_movers(room)}
+    movers = {key: _movers(folder, cell) for key, cell in cells.items() if cell.room in moving}
+    title = f"policy {name}, {memory_words(memory)}"
+    figure = trajectories_figure(found, rooms, title, movers)
+    caption = f"Paths and ends: {name}, {memory_text(memory)}"
+    return Plot(figure, f"paths-{memory}", caption, drawn=True)
+
+
+def _has_movers(room: Room) -> bool:
+    """Return True if something moves in a room from the beginning to the end."""
+    return bool(room.movers) and not room.appearances
 
 
 def _movers(folder: RoomFolder, cell: Cell) -> Movers:
@@ -245,115 +255,97 @@ def _movers(folder: RoomFolder, cell: Cell) -> Movers:
     return np.stack([moment.movers for moment in watched.moments])
 
 
-def _film(page: Report, folder: RoomFolder, policy: str, lidar: str, room: Room) -> None:
-    """Add a moving picture of a policy's first drives in a room, a panel a memory."""
+def _film(folder: RoomFolder, lidar: str, room: Room) -> Picture:
+    """Return a moving picture of the first policy's first drives in a room, a panel a memory."""
+    name, policy = next(iter(folder.policies.items()))
     cells = {
-        memory_text(memory): Cell(policy, lidar, room.name, memory)
+        memory_text(memory): Cell(name, lidar, room.name, memory)
         for memory in folder.config.memories
     }
     drives = {text: folder.drives(cell) for text, cell in cells.items()}
-    one = next(iter(cells.values()))
-    radius = cell_task(one, folder.config, folder.policies[policy]).robot.radius
-    text = f"{policy}, {lidar}: the first drives in {room.name}, begun together"
-    movers = NO_MOVERS
+    radius = cell_task(next(iter(cells.values())), folder.config, policy).robot.radius
+    text, movers = f"{name}, {lidar}: the first drives in {room.name}, begun together", NO_MOVERS
     if room.movers:
-        text = f"{policy}, {lidar}: the first drive in {room.name}, among what moves there"
+        text = f"{name}, {lidar}: the first drive in {room.name}, among what moves there"
         movers = {name: _movers(folder, cell) for name, cell in cells.items()}
-    pictures = room_film(drives, room, radius, movers)
-    page.film(film(pictures, _RATE, ".gif"), "drives", text)
+    pictures = film(room_film(drives, room, radius, movers), _RATE, ".gif")
+    return Picture(pictures, text, "gif", "drives")
 
 
-def _with_moments(
-    page: Report, folder: RoomFolder, rooms: Sequence[Room], data: dict[str, Any]
-) -> tuple[Report, dict[str, Any]]:
-    """Add what is driven anew: support points, tours and obstacles that appear."""
-    config, policies = folder.config, folder.policies
-    on_points = {
-        name: policy for name, policy in policies.items() if isinstance(policy, PointSetPolicy)
-    }
-    if on_points:
-        page.section(
-            "Support points",
-            "The points that give the features of a policy on points, every 20 control steps, with "
-            "the laser of training (Fig. 6); moments after 160 steps are left out.",
-        )
-        for room in rooms:
-            if not room.appearances:
-                _support_points(page, config, on_points, room)
-    if any(_is_tour(room) or room.appearances for room in rooms):
-        page.section("Tours and obstacles that appear", "Driven from start to end (Fig. 10).")
-    data["tours"] = [_tour(page, folder, room) for room in rooms if _is_tour(room)]
-    data["appearances"] = [_sudden(page, folder, room) for room in rooms if room.appearances]
-    return page, data
+def _moments(folder: RoomFolder, rooms: Sequence[Room]) -> tuple[list[Section | None], Row]:
+    """Return what is driven anew, and its figures: support points, tours, sudden obstacles."""
+    policies = folder.policies.items()
+    on_points = {name: policy for name, policy in policies if isinstance(policy, PointSetPolicy)}
+    standing = [room for room in rooms if on_points and not room.appearances]
+    points = [_support_points(folder.config, on_points, room) for room in standing]
+    tours = [_tour(folder, room) for room in rooms if _is_tour(room)]
+    sudden = [_sudden(folder, room) for room in rooms if room.appearances]
+    plots = [plot for plot, _ in (*tours, *sudden)]
+    sections = [
+        Section("Support points", _POINTS_TEXT, *points) if on_points else None,
+        Section("Tours and obstacles that appear", "Driven from start to end (Fig. 10).", *plots)
+        if plots
+        else None,
+    ]
+    data = {"tours": [row for _, row in tours], "appearances": [row for _, row in sudden]}
+    return sections, data
 
 
 def _support_points(
-    page: Report, config: RoomEvaluationConfig, policies: Mapping[str, Policy], room: Room
-) -> None:
-    """Add the support points of drives to the four goals of a room, or to those of four pairs."""
-    tasks = _fixed_tasks(room) or tasks_of(room, config)
+    config: RoomEvaluationConfig, policies: Mapping[str, Policy], room: Room
+) -> Plot:
+    """Return the support points of drives to the goals of a room, or to those of four pairs."""
+    fixed = () if _is_tour(room) else room.tasks
+    tasks = (fixed or tasks_of(room, config))[:_SHOWN_TASKS]
     cell = Cell("", TRAINING_LIDAR.label, room.name, "reactive")
     found = {
-        name: drive_with_support_points(
-            policy, cell_task(cell, config, policy), tasks[:_SHOWN_TASKS]
-        )
+        name: drive_with_support_points(policy, cell_task(cell, config, policy), tasks)
         for name, policy in list(policies.items())[:_SHOWN_POLICIES]
     }
     figure = support_points_figure(found, room, f"{room.name}: support points")
-    page.figure(figure, f"support-{room.name}", f"Support points in {room.name} (Fig. 6)")
+    return Plot(figure, f"support-{room.name}", f"Support points in {room.name} (Fig. 6)")
 
 
-def _tour(page: Report, folder: RoomFolder, room: Room) -> Row:
-    """Add the tour of a room, and return its figures (Fig. 10a)."""
-    goals = [task.goal for task in room.tasks]
-    drives = {
-        driver: drive_tour(
-            policy, cell_task(cell, folder.config, policy), room.tasks[0].start, goals
-        )
-        for driver, (policy, cell) in _drivers(folder, room).items()
-    }
+def _tour(folder: RoomFolder, room: Room) -> tuple[Plot, Row]:
+    """Return the tour of a room, and its figures (Fig. 10a)."""
+    goals, start = [task.goal for task in room.tasks], room.tasks[0].start
+    drives = _driven(folder, room, lambda policy, task: drive_tour(policy, task, start, goals))
     figure = tour_figure(drives, room, f"{room.name}: goals in a row")
-    page.figure(figure, f"tour-{room.name}", f"Tour of {room.name} (Fig. 10a)")
     legs = {name: [_drive_row(leg) for leg in driven] for name, driven in drives.items()}
-    return {"room": room.name, "goals": len(goals), "legs": legs}
+    row = {"room": room.name, "goals": len(goals), "legs": legs}
+    return Plot(figure, f"tour-{room.name}", f"Tour of {room.name} (Fig. 10a)"), row
 
 
-def _sudden(page: Report, folder: RoomFolder, room: Room) -> Row:
-    """Add a drive past obstacles that appear, and return its figures (Fig. 10b)."""
-    drives = {
-        driver: drive_tasks(policy, cell_task(cell, folder.config, policy), room.tasks[:1])[0]
-        for driver, (policy, cell) in _drivers(folder, room).items()
-    }
+def _sudden(folder: RoomFolder, room: Room) -> tuple[Plot, Row]:
+    """Return a drive past obstacles that appear, and its figures (Fig. 10b)."""
+    first = room.tasks[:1]
+    drives = _driven(folder, room, lambda policy, task: drive_tasks(policy, task, first)[0])
     figure = sudden_figure(drives, room, f"{room.name}: obstacles that appear")
-    page.figure(figure, f"sudden-{room.name}", f"Obstacles that appear in {room.name} (Fig. 10b)")
-    return {
-        "room": room.name,
-        "drives": {
-            name: _drive_row(drive)
-            | {"appear_after": [moment_of(drive, one) for one in room.appearances]}
-            for name, drive in drives.items()
-        },
+    caption = f"Obstacles that appear in {room.name} (Fig. 10b)"
+    rows = {
+        name: _drive_row(one)
+        | {"appear_after": [moment_of(one, each) for each in room.appearances]}
+        for name, one in drives.items()
     }
+    return Plot(figure, f"sudden-{room.name}", caption), {"room": room.name, "drives": rows}
 
 
-def _drivers(folder: RoomFolder, room: Room) -> dict[str, tuple[Policy, Cell]]:
-    """Return the first policy with its first laser and each memory, by a name for people."""
+def _driven(
+    folder: RoomFolder, room: Room, drive: Callable[[Policy, RoomConfig], Driven]
+) -> dict[str, Driven]:
+    """Return what the first policy drives with its first laser and each memory, by their names."""
     config, (name, policy) = folder.config, next(iter(folder.policies.items()))
     lidar = next((one for one in config.lidars if one in _SHOWN_LIDARS), config.lidars[0])
+    cells = {memory: Cell(name, lidar, room.name, memory) for memory in config.memories}
     return {
-        f"{lidar}, {memory_text(memory)}": (policy, Cell(name, lidar, room.name, memory))
-        for memory in config.memories
+        f"{lidar}, {memory_text(memory)}": drive(policy, cell_task(cell, config, policy))
+        for memory, cell in cells.items()
     }
 
 
 def _drive_row(drive: RoomAttempt) -> Row:
     """Return the figures of a drive."""
     return {"outcome": str(drive.outcome), "steps": drive.detail.steps, "length_m": drive.distance}
-
-
-def _fixed_tasks(room: Room) -> list[RoomTask]:
-    """Return the fixed tasks of a room that begin at one start."""
-    return [] if _is_tour(room) else list(room.tasks)
 
 
 def _is_tour(room: Room) -> bool:

@@ -1,12 +1,11 @@
-"""Report of training for TD3's task: success against episodes (Guo et al., Fig. 4a)."""
+"""Sections on training for TD3's task: success against episodes (Guo et al., Fig. 4a)."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from andabata.evaluation.room_drives import RoomAttempt, drive_tasks
+from andabata.evaluation.room_drives import drive_tasks
 from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import (
@@ -16,16 +15,14 @@ from andabata.evaluation.rooms import (
     judged_task,
     tasks_of,
 )
-from andabata.report.columns import several
-from andabata.report.page import Fact, Report
+from andabata.report.blocks import Fact, Plot, Table
+from andabata.report.page import Page, Section
 from andabata.report.plots.room_curves import SuccessCurves, success_figure
 from andabata.report.plots.rooms import trajectories_figure
-from andabata.report.room_training import runs_by_plan
-from andabata.report.training_folder import TrainingRun
+from andabata.report.training_folder import TrainingRun, plans_text, runs_by_plan
 from andabata.tasks.rooms.config import RoomConfig
 from andabata.training.plans import algorithms, load_plan
 from worlds.rooms.catalogue import make_room
-from worlds.rooms.room import Room
 
 Row = dict[str, Any]
 
@@ -42,49 +39,42 @@ _TOLD_CHANGES = 2
 _SHOWN_ROOMS, _SHOWN_TASKS = 4, 6
 """Numbers of rooms, and of drives in each, that are shown of a policy."""
 
-_NOTE = (
+_SUCCESS_TEXT = (
     "Success is the share of the latest episodes, exploring, that reached their goals. In the "
     "paper it is 97.12 % after 10,000 episodes, 84.78 % of GDAE, and 84.58 % after 1,200; rooms, "
     "robot and simulator are this project's own."
 )
 
+_RUNS_TEXT = "Validation: random tasks in rooms that no pool holds, not exploring."
 
-def report_success(folders: Sequence[Path]) -> tuple[Report, Row]:
+_DRIVES_TEXT = "The first run of each plan, in rooms of validation."
+
+
+def success_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
     """Return a page about training runs of TD3's task, and its figures.
 
     Args:
-        folders: Folders of the runs: several seeds of one plan or of several.
+        runs: Several seeds of one plan or of several.
 
     Raises:
-        RunFolderError: If a folder holds no run, or one without a stage that is over.
         ValueError: If two runs of one plan have the same seed.
     """
-    groups = runs_by_plan([TrainingRun.read(folder) for folder in folders], plan_name)
+    groups = runs_by_plan(runs, plan_name)
     curves = {name: success_curves(runs) for name, runs in groups.items()}
     rows = [_group_row(name, runs, curves) for name, runs in groups.items()]
-    data: Row = {
-        "groups": rows,
-        "runs": [_run_row(n, run) for n, some in groups.items() for run in some],
-    }
-    page = Report(
-        "Learning to drive without a map",
-        f"{several(len(folders), 'run')}, {several(len(groups), 'plan').lower()}.",
-    )
-    page.facts([_fact(row) for row in rows])
-    page.section("Success during training", _NOTE)
+    run_rows = [_run_row(name, run) for name, some in groups.items() for run in some]
     title = "mean over seeds, lowest to highest"
     caption = f"Success against episodes (Fig. 4a): {title}"
-    page.figure(success_figure(curves, title), "success", caption, drawn=True)
-    page.table(rows)
-    page.section("Runs", "Validation: random tasks in rooms that no pool holds, not exploring.")
-    page.table(data["runs"])
-    page.section("Drives of the policies", "The first run of each plan, in rooms of validation.")
-    for name, (run, *_) in groups.items():
-        drives, rooms = _shown_drives(name, run)
-        text = f"{name}, seed {run.seed}"
-        figure = trajectories_figure(drives, rooms, text)
-        page.figure(figure, f"paths-{name}", f"Paths and ends: {text} (rooms: Fig. 3)", drawn=True)
-    return page, data
+    plot = Plot(success_figure(curves, title), "success", caption, drawn=True)
+    drives = (_drives(name, run) for name, (run, *_) in groups.items())
+    sections = [
+        Section("Success during training", _SUCCESS_TEXT, plot, Table(rows)),
+        Section("Runs", _RUNS_TEXT, Table(run_rows)),
+        Section("Drives of the policies", _DRIVES_TEXT, *drives),
+    ]
+    facts = [_fact(row) for row in rows]
+    page = Page("Learning to drive without a map", plans_text(groups, "plan"), facts, sections)
+    return page, {"groups": rows, "runs": run_rows}
 
 
 def plan_name(run: TrainingRun) -> str:
@@ -129,23 +119,6 @@ def success_curves(runs: Sequence[TrainingRun]) -> SuccessCurves:
         for key in ("episodes", "steps", "recent_success")
     )
     return SuccessCurves(episodes.mean(axis=0), steps.mean(axis=0), rates)
-
-
-def success_table(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows of plans with headings for people."""
-    return [
-        {
-            "plan": row["plan"],
-            "seeds": row["seeds"],
-            "episodes": row["episodes"],
-            "steps": row["steps"],
-            "success": f"{row['success']:.3f}",
-            "lowest": f"{row['lowest_success']:.3f}",
-            f"first {GOOD:.0%} [episodes]": row["first_good_episodes"],
-            "share of baseline": row["share_of_baseline"],
-        }
-        for row in rows
-    ]
 
 
 def _fact(row: Row) -> Fact:
@@ -211,20 +184,19 @@ def _run_row(name: str, run: TrainingRun) -> Row:
     }
 
 
-def _shown_drives(
-    name: str, run: TrainingRun
-) -> tuple[dict[tuple[str, str], list[RoomAttempt]], list[Room]]:
-    """Return drives of a run's policy by plan and room, and the rooms."""
-    policy, environment = run.policy(run.stages[-1].name), run.stages[-1].environment
-    unseen = environment.unseen.rooms if isinstance(environment, RoomConfig) else ()
-    names = unseen[:_SHOWN_ROOMS]
+def _drives(name: str, run: TrainingRun) -> Plot:
+    """Return drives of a run's policy in rooms of validation."""
+    policy = run.policy(run.stages[-1].name)
+    names = run.environment(RoomConfig).unseen.rooms[:_SHOWN_ROOMS]
     config = RoomEvaluationConfig(task=judged_task("td3"), rooms=names, pairs=_SHOWN_TASKS)
     rooms = [make_room(room) for room in names]
-    return {
+    cells = [Cell(name, TRAINED, room.name, REACTIVE) for room in rooms]
+    drives = {
         (name, room.name): drive_tasks(
-            policy,
-            cell_task(Cell(name, TRAINED, room.name, REACTIVE), config, policy),
-            tasks_of(room, config),
+            policy, cell_task(cell, config, policy), tasks_of(room, config)
         )
-        for room in rooms
-    }, rooms
+        for room, cell in zip(rooms, cells, strict=True)
+    }
+    text = f"{name}, seed {run.seed}"
+    figure = trajectories_figure(drives, rooms, text)
+    return Plot(figure, f"paths-{name}", f"Paths and ends: {text} (rooms: Fig. 3)", drawn=True)

@@ -1,8 +1,12 @@
-"""Report of training runs, with the figures of the paper (Sanchez et al. 2023, section 5)."""
+"""Report of training runs of every task, with sections of what the runs have.
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+Those of off-road runs are here, with the figures of the paper (Sanchez et al. 2023, section 5).
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,11 +18,16 @@ from andabata.evaluation.trial import OffroadAttempt, run_trial
 from andabata.machine.pose import Pose
 from andabata.models import Models
 from andabata.navigation.navigator import StepResult
-from andabata.report.page import Fact, Report
+from andabata.report.blocks import Fact, Plot, Table
+from andabata.report.options import ReportOptions
+from andabata.report.page import Page, Section
 from andabata.report.plots.drives import sights_figure, tests_figure, world_figure
 from andabata.report.plots.training import learning_figure, rewards_figure
-from andabata.report.training_folder import TrainingRun, common_stages
+from andabata.report.room_training import tests_page
+from andabata.report.success import success_page
+from andabata.report.training_folder import TrainingRun, check_alike, common_stages
 from andabata.tasks.offroad import OffroadConfig
+from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.training.plans import StagePlan
 from traversability.virtual_scan import VirtualScan
 from worlds.catalogue import make_world
@@ -42,69 +51,99 @@ _STAGE_COLUMNS = (
 Test = tuple[int, str, int]
 """Index of a run, name of a stage and index of a test drive."""
 
-_PAPER_TIMES = "83.4 s, 78.6 s and 94.6 s"
-"""Mean durations of an episode in the paper's three stages of 200 episodes (section 5)."""
-
 _COUNTED = ("goal", "collision", "tipover", "timeout")
 """Ends of episodes that are counted."""
 
 _FEW = 40
 """Number of episodes at the beginning and at the end of a stage that are counted."""
 
+_REWARD_TEXT = (
+    "Mean over the episodes of an update, exploring, one line a run: where the paper takes the "
+    "latest 1000 steps of one robot, several robots drive here between two updates."
+)
 
-@dataclass(frozen=True)
-class Sight:
-    """Virtual scan of a robot, with its true pose."""
+_STAGES_TEXT = (
+    "Validation: success in worlds that are kept for it, without exploration. The paper's "
+    "episodes took 83.4 s, 78.6 s and 94.6 s on average in its stages of 200 episodes each."
+)
 
-    pose: Pose
-    scan: VirtualScan
+_WORLDS_TEXT = "The first world of each family that is kept for validation."
+
+_SCANS_TEXT = "The first virtual scan of a test drive, in blue, on the true map."
+
+_TESTS_TEXT = (
+    "The policy at the end of each stage, in bullet with the whole chain, without exploration. "
+    "Dots are starts, stars goals; a cross is where a drive failed."
+)
 
 
-def report_runs(
-    runs: Sequence[TrainingRun],
-    models: Models,
-    *,
-    tests: int = 3,
-    workers: int = 2,
-    on_test: Callable[[], None] | None = None,
-) -> tuple[Report, dict[str, Any]]:
-    """Return a page about runs of one plan, and its figures.
+Sight = tuple[Pose, VirtualScan]
+"""True pose of a robot, and its virtual scan there."""
 
-    Each stage's policy drives in the first world of validation, in bullet and with the whole chain.
+Tested = tuple[OffroadAttempt, Sight | None]
+"""Test drive, and the first virtual scan of it."""
+
+
+def report_training(folders: Sequence[Path], options: ReportOptions) -> tuple[Page, Row]:
+    """Return a page about training runs of one task, and its figures.
 
     Args:
-        runs: Runs of ``read_runs``.
-        models: Classifiers of the runs.
-        tests: Number of drives of each policy, each to another goal.
-        workers: Number of processes.
-        on_test: Function that is called after each drive.
+        folders: Folders of the runs, each another seed or plan.
+        options: Classifiers of off-road runs, and how their policies are tested.
+
+    Raises:
+        RunFolderError: If a folder holds no run, or one without a stage that is over.
+        ValueError: If the runs do not belong on one page.
     """
+    runs = [TrainingRun.read(folder) for folder in folders]
+    environment = runs[0].stages[-1].environment
+    if isinstance(environment, OffroadConfig):
+        return _offroad_page(runs, options)
+    return tests_page(runs) if isinstance(environment, SpnConfig) else success_page(runs)
+
+
+def _offroad_page(runs: Sequence[TrainingRun], options: ReportOptions) -> tuple[Page, Row]:
+    """Return a page about off-road runs of one plan, and its figures.
+
+    Each stage's policy drives in the first world of validation, in bullet and with the whole chain.
+    """
+    models = options.models()
+    check_alike(runs, models)
     stages = common_stages(runs)
-    jobs = [(k, s.name, test) for s in stages for k in range(len(runs)) for test in range(tests)]
-    driven: dict[Test, tuple[OffroadAttempt, Sight | None]] = {}
-    for job, result in run_tasks(partial(_drive, runs, models.to_bytes()), jobs, workers):
-        driven[job] = result
-        if on_test is not None:
-            on_test()
-    data: dict[str, Any] = {
-        "stages": [_stage_row(run, stage) for run in runs for stage in stages],
-        "tests": [
-            _test_row(runs[k].name, name, n, attempt)
-            for (k, name, n), (attempt, _) in driven.items()
-        ],
-    }
-    page = Report(
-        f"Learning to drive: {runs[0].plan.learner.algorithm}",
-        f"{', '.join(run.name for run in runs)}; stages {', '.join(s.name for s in stages)}.",
-    )
-    page.facts([_fact(stage.name, data["stages"]) for stage in stages])
+    driven = _drive_all(runs, stages, models, options)
+    stage_rows = [_stage_row(run, stage) for run in runs for stage in stages]
+    tests = [
+        _test_row(runs[k].name, name, n, attempt) for (k, name, n), (attempt, _) in driven.items()
+    ]
     worlds = {stage.name: _world(stage) for stage in stages}
-    _rewards(page, runs, data)
-    _places(page, worlds)
-    _scans(page, stages, worlds, driven)
-    _tests(page, runs, worlds, driven)
-    page.table(data["tests"])
-    return page, data
+    sections = [
+        Section("Reward", _REWARD_TEXT, *_rewards(runs)),
+        Section("Stages", _STAGES_TEXT, _stages_table(stage_rows)),
+        Section("Worlds", _WORLDS_TEXT, *_worlds(worlds.values())),
+        Section("Scans", _SCANS_TEXT, _scans(stages, worlds, driven)),
+        Section("Tests", _TESTS_TEXT, *_tests(runs, worlds, driven), Table(tests)),
+    ]
+    title = f"Learning to drive: {runs[0].plan.learner.algorithm}"
+    lead = f"{', '.join(run.name for run in runs)}; stages {', '.join(worlds)}."
+    facts = [_fact(stage.name, stage_rows) for stage in stages]
+    return Page(title, lead, facts, sections), {"stages": stage_rows, "tests": tests}
+
+
+def _drive_all(
+    runs: Sequence[TrainingRun],
+    stages: Sequence[StagePlan],
+    models: Models,
+    options: ReportOptions,
+) -> dict[Test, Tested]:
+    """Return the test drives of each stage of each run."""
+    numbers = range(options.tests)
+    jobs = [(k, stage.name, n) for stage in stages for k in range(len(runs)) for n in numbers]
+    drive, driven = partial(_drive, runs, models.to_bytes()), {}
+    with options.progress("test drives", len(jobs)) as step:
+        for job, result in run_tasks(drive, jobs, options.workers):
+            driven[job] = result
+            step(1)
+    return driven
 
 
 def offroad(stage: StagePlan) -> OffroadConfig:
@@ -138,9 +177,7 @@ def _test_robot(environment: OffroadConfig) -> SimulatedRobotConfig:
     return tested.model_copy(update=parts)
 
 
-def _drive(
-    runs: Sequence[TrainingRun], files: tuple[bytes, bytes, bytes], job: Test
-) -> tuple[OffroadAttempt, Sight | None]:
+def _drive(runs: Sequence[TrainingRun], files: tuple[bytes, bytes, bytes], job: Test) -> Tested:
     """Return a test drive of a run's stage, and the first virtual scan."""
     number, stage, test = job
     run, environment = runs[number], offroad(runs[number].plan.stages[stage]).unseen
@@ -154,7 +191,7 @@ def _drive(
 
     def observe(result: StepResult) -> None:
         if result.scan is not None and result.readings.truth is not None:
-            first.append(Sight(result.readings.truth.pose, result.scan))
+            first.append((result.readings.truth.pose, result.scan))
             simulated_robot.navigator.observers.clear()
 
     simulated_robot.navigator.observers.append(observe)
@@ -217,25 +254,19 @@ def _test_row(run: str, stage: str, test: int, attempt: OffroadAttempt) -> Row:
     }
 
 
-def _rewards(page: Report, runs: Sequence[TrainingRun], data: dict[str, Any]) -> None:
-    """Add the rewards during training (Figure 17)."""
-    page.section(
-        "Reward",
-        "Mean over the episodes of an update, exploring, one line a run: where the paper takes the "
-        "latest 1000 steps of one robot, several robots drive here between two updates.",
-    )
-    histories = {run.name: run.history for run in runs}
+def _rewards(runs: Sequence[TrainingRun]) -> Iterator[Plot]:
+    """Yield the rewards during training (Figure 17), and the goals that were reached."""
+    figure = rewards_figure({run.name: run.history for run in runs})
     caption = "Reward of a control step, whole and by term (Fig. 17)"
-    page.figure(rewards_figure(histories), "rewards", caption, drawn=True)
+    yield Plot(figure, "rewards", caption, drawn=True)
     for run in runs:
         caption = f"{run.name}: goals reached while exploring"
-        page.figure(learning_figure(run.history), f"learning-{run.name}", caption, drawn=True)
-    page.section(
-        "Stages",
-        "Validation: success in worlds that are kept for it, without exploration. The paper's "
-        f"episodes took {_PAPER_TIMES} on average in its stages of 200 episodes each.",
-    )
-    page.table([row | _reached(row) for row in data["stages"]], _STAGE_COLUMNS, every="All counts")
+        yield Plot(learning_figure(run.history), f"learning-{run.name}", caption, drawn=True)
+
+
+def _stages_table(rows: Sequence[Row]) -> Table:
+    """Return the table of the stages of the runs."""
+    return Table([row | _reached(row) for row in rows], _STAGE_COLUMNS, every="All counts")
 
 
 def _reached(row: Row) -> Row:
@@ -247,47 +278,33 @@ def _reached(row: Row) -> Row:
     }
 
 
-def _places(page: Report, worlds: Mapping[str, World]) -> None:
-    """Add a world of each family, with its starts and goals (Figures 12 and 15)."""
-    page.section("Worlds", "The first world of each family that is kept for validation.")
-    for world in {world.name: world for world in worlds.values()}.values():
-        caption = f"{world.name}: starts and goals (Fig. 12, 15)"
-        page.figure(world_figure(world), f"world-{world.name}", caption)
+def _worlds(worlds: Iterable[World]) -> Iterator[Plot]:
+    """Yield a world of each family, with its starts and goals (Figures 12 and 15)."""
+    for name, world in {world.name: world for world in worlds}.items():
+        caption = f"{name}: starts and goals (Fig. 12, 15)"
+        yield Plot(world_figure(world), f"world-{name}", caption)
 
 
 def _scans(
-    page: Report,
-    stages: Sequence[StagePlan],
-    worlds: Mapping[str, World],
-    driven: Mapping[Test, tuple[OffroadAttempt, Sight | None]],
-) -> None:
-    """Add the first virtual scan of each stage (Figure 13)."""
-    page.section("Scans", "The first virtual scan of a test drive, in blue, on the true map.")
+    stages: Sequence[StagePlan], worlds: Mapping[str, World], driven: Mapping[Test, Tested]
+) -> Plot | None:
+    """Return the first virtual scan of each stage (Figure 13)."""
     sights = {}
     for stage in stages:
         _, sight = driven[0, stage.name, 0]
         if sight is not None:
             scanner = offroad(stage).simulated_robot.sensing.scanner
             name = f"{stage.name}: {scanner} laser"
-            sights[name] = (worlds[stage.name], sight.pose, sight.scan)
-    if sights:
-        grid = offroad(stages[0]).simulated_robot.grid
-        caption = f"{', '.join(sights)} (Fig. 13)"
-        page.figure(sights_figure(sights, grid), "scans", caption)
+            sights[name] = (worlds[stage.name], *sight)
+    grid = offroad(stages[0]).simulated_robot.grid
+    caption = f"{', '.join(sights)} (Fig. 13)"
+    return Plot(sights_figure(sights, grid), "scans", caption) if sights else None
 
 
 def _tests(
-    page: Report,
-    runs: Sequence[TrainingRun],
-    worlds: Mapping[str, World],
-    driven: Mapping[Test, tuple[OffroadAttempt, Sight | None]],
-) -> None:
-    """Add the test drives after each stage (Figures 14 and 16)."""
-    page.section(
-        "Tests",
-        "The policy at the end of each stage, in bullet with the whole chain, without exploration. "
-        "Dots are starts, stars goals; a cross is where a drive failed.",
-    )
+    runs: Sequence[TrainingRun], worlds: Mapping[str, World], driven: Mapping[Test, Tested]
+) -> Iterator[Plot]:
+    """Yield the test drives after each stage (Figures 14 and 16)."""
     for stage, world in worlds.items():
         drives: dict[str, list[OffroadAttempt]] = {run.name: [] for run in runs}
         for (k, name, _), (attempt, _) in driven.items():
@@ -296,4 +313,4 @@ def _tests(
         title = f"after {stage}: {world.name} {world.seed}"
         figure = tests_figure(world, drives, title)
         caption = f"Tests {title} (Fig. 14, 16)"
-        page.figure(figure, f"tests-{stage}", caption, drawn=True, light=True)
+        yield Plot(figure, f"tests-{stage}", caption, drawn=True, light=True)

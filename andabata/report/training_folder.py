@@ -1,11 +1,14 @@
 """Folders of training runs: plan, history and policies, checked before they go into a report."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
+
+from pydantic import BaseModel
 
 from andabata.models import Models
+from andabata.report.columns import several
 from andabata.report.folder import (
     RunFolderError,
     check_keys,
@@ -18,6 +21,8 @@ from andabata.training.run import HISTORY
 from rl.policy import Policy, load_policy
 
 Row = dict[str, Any]
+
+Environment = TypeVar("Environment", bound=BaseModel)
 
 
 @dataclass(frozen=True)
@@ -74,24 +79,35 @@ class TrainingRun:
         """Stages that are over."""
         return tuple(self.plan.stages[row["name"]] for row in self.history if row["is_last"])
 
+    def environment(self, kind: type[Environment]) -> Environment:
+        """Return the environment of the last stage that is over.
+
+        Raises:
+            ValueError: If it is of another task.
+        """
+        found = self.stages[-1].environment
+        if not isinstance(found, kind):
+            raise ValueError(
+                f"{self.folder}: expected a run in rooms as the first, got {found.task}; give "
+                "them a report of their own"
+            )
+        return found
+
     def policy(self, stage: str) -> Policy:
         """Return the policy at the end of a stage."""
         return load_policy(self.folder / f"policy_{stage}.safetensors")
 
 
-def read_runs(folders: Sequence[Path], models: Models) -> list[TrainingRun]:
-    """Return runs for the same figures: of one plan, with the same classifiers.
+def check_alike(runs: Sequence[TrainingRun], models: Models) -> None:
+    """Check that runs belong into the same figures: of one plan, with the same classifiers.
 
     Args:
-        folders: Folders of the runs.
+        runs: Runs.
         models: Classifiers of the runs.
 
     Raises:
-        RunFolderError: If a folder holds no run, or another command's.
-        ValueError: If their plans or classifiers differ, or if
-            two have the same seed.
+        ValueError: If their plans or classifiers differ, or if two have the same seed.
     """
-    runs = [TrainingRun.read(folder) for folder in folders]
     seeds = [run.seed for run in runs]
     if len(set(seeds)) < len(seeds):
         raise ValueError(f"runs: expected another seed in each, got {seeds}")
@@ -107,7 +123,6 @@ def read_runs(folders: Sequence[Path], models: Models) -> list[TrainingRun]:
                     f"{run.folder}: expected the {name} of the run, {digest[:12]}, got "
                     f"{models.hashes[name][:12]}; give it with --{name}"
                 )
-    return runs
 
 
 def common_stages(runs: Sequence[TrainingRun]) -> tuple[StagePlan, ...]:
@@ -121,3 +136,40 @@ def common_stages(runs: Sequence[TrainingRun]) -> tuple[StagePlan, ...]:
         found = "; ".join(f"{run.folder}: {[s.name for s in run.stages]}" for run in runs)
         raise ValueError(f"runs: expected a stage that is over in all of them, got {found}")
     return stages
+
+
+def runs_by_plan(
+    runs: Sequence[TrainingRun], name_of: Callable[[TrainingRun], str]
+) -> dict[str, tuple[TrainingRun, ...]]:
+    """Return the runs by their plans, each under a name of its own.
+
+    Args:
+        runs: Runs.
+        name_of: Function that names the plan of a run; plans of one name are told by their folders.
+
+    Raises:
+        ValueError: If two runs of one plan have the same seed.
+    """
+    by_plan: dict[str, list[TrainingRun]] = {}
+    for run in runs:
+        by_plan.setdefault(run.plan.model_dump_json(), []).append(run)
+    names = [name_of(some[0]) for some in by_plan.values()]
+    found = {}
+    for name, some in zip(names, by_plan.values(), strict=True):
+        seeds = [run.seed for run in some]
+        if len(set(seeds)) < len(seeds):
+            raise ValueError(f"runs of {name}: expected another seed in each, got {seeds}")
+        full = name if names.count(name) == 1 else f"{name}, {some[0].folder}"
+        found[full] = tuple(some)
+    return found
+
+
+def plans_text(groups: Mapping[str, Sequence[TrainingRun]], plan: str) -> str:
+    """Return the numbers of runs and of their plans in words.
+
+    Args:
+        groups: Runs by their plans.
+        plan: What a plan is called.
+    """
+    runs = sum(map(len, groups.values()))
+    return f"{several(runs, 'run')}, {several(len(groups), plan).lower()}."

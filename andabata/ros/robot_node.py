@@ -94,7 +94,8 @@ class RobotNode:
         self._simulator = Simulator(
             scene.world, scene.rays, config.robot, config.plant, config.sensing, rng
         )
-        self._readings = self._simulator.reset(task.start)
+        constants = config.reality.draw(rng.spawn(1)[0])
+        self._readings = self._simulator.reset(task.start, constants)
         self._builder = MessageBuilder(1, graph.now_ns() + _LEAD_NS)
         self._queue = MessageQueue(_PacedWriter(graph), self._builder)
 

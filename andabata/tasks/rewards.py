@@ -214,9 +214,9 @@ class ImprovedRewardConfig(BaseModel):
         gain: Reward of progress in heading, and in distance (Eq. 6 and 7).
         loss: Reward of the opposite.
         proportional: False for the printed rewards by sign.
-        most_progress: Greatest progress in distance of a step [m]; for ``proportional`` alone
+        max_progress: Greatest progress in distance of a step [m]; for ``proportional`` alone
             (assumption: GDAE's 1 m/s for 0.1 s).
-        most_turn: Greatest progress in heading of a step [rad] (assumption: 1 rad/s for 0.1 s).
+        max_turn: Greatest progress in heading of a step [rad] (assumption: 1 rad/s for 0.1 s).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -228,8 +228,8 @@ class ImprovedRewardConfig(BaseModel):
     gain: float = Field(default=1.5, ge=0)
     loss: float = Field(default=-2.0, le=0)
     proportional: bool = False
-    most_progress: float = Field(default=0.1, gt=0)
-    most_turn: float = Field(default=0.1, gt=0)
+    max_progress: float = Field(default=0.1, gt=0)
+    max_turn: float = Field(default=0.1, gt=0)
 
 
 class GoalOffsets(NamedTuple):
@@ -267,8 +267,8 @@ def improved_reward(
     turned = np.abs(before.bearings) - np.abs(after.bearings)
     nearer = before.distances - after.distances
     if config.proportional:
-        heading = _graded(config, turned / config.most_turn)
-        distance = _graded(config, nearer / config.most_progress)
+        heading = _graded(config, turned / config.max_turn)
+        distance = _graded(config, nearer / config.max_progress)
     else:
         same_side = after.bearings * before.bearings >= 0
         heading = np.where(same_side & (turned > 0), config.gain, config.loss)

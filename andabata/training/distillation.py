@@ -35,40 +35,41 @@ class DistillationConfig(BaseModel):
     Attributes:
         driving: Settings of the drives.
         drives: Number of drives of each round; as many rounds as numbers.
-        expert: Share of the time that the expert drives in each round; all of it in the first.
+        expert_shares: Share of the time that the expert drives in each round; all of it in the
+            first.
         hidden: Width of each hidden layer.
         epochs: Number of passes over all labels in each round.
         last_epochs: Number of passes in the last round.
         batch_size: Number of labels in a step.
         learning_rate: Adam learning rate at the begin of a round; it falls to zero along a cosine.
-        bend: Error of a share from which on the loss grows linearly, since the expert's commands
-            have noise, and two ways round a post have no mean.
+        smooth_l1_beta: Error of a share from which on the loss grows linearly, since the expert's
+            commands have noise, and two ways round a post have no mean.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     driving: LabelledDriveConfig = LabelledDriveConfig()
     drives: tuple[int, ...] = Field(default=(100, 60, 60, 60, 60, 60, 60, 60), min_length=1)
-    expert: tuple[float, ...] = (1.0, 0.4, 0.2, 0.1, 0.0, 0.0, 0.0, 0.0)
+    expert_shares: tuple[float, ...] = (1.0, 0.4, 0.2, 0.1, 0.0, 0.0, 0.0, 0.0)
     hidden: tuple[int, ...] = (256, 256)
     epochs: int = Field(default=10, ge=1)
     last_epochs: int = Field(default=40, ge=1)
     batch_size: int = Field(default=256, ge=1)
     learning_rate: float = Field(default=1e-3, gt=0)
-    bend: float = Field(default=0.1, gt=0)
+    smooth_l1_beta: float = Field(default=0.1, gt=0)
 
     @model_validator(mode="after")
     def _check_rounds(self) -> Self:
         """Refuse rounds without drives or without a driver."""
-        if len(self.expert) != len(self.drives) or min(self.drives) < 1:
+        if len(self.expert_shares) != len(self.drives) or min(self.drives) < 1:
             raise ValueError(
-                f"drives, expert: expected one number for each round, 1 drive at least, got "
-                f"{self.drives} and {self.expert}"
+                f"drives, expert_shares: expected one number for each round, 1 drive at least, got "
+                f"{self.drives} and {self.expert_shares}"
             )
-        if self.expert[0] != 1.0 or not all(0 <= share <= 1 for share in self.expert):
+        if self.expert_shares[0] != 1.0 or not all(0 <= share <= 1 for share in self.expert_shares):
             raise ValueError(
-                f"expert: expected 1 in the first round, which has no policy, and shares from 0 to "
-                f"1, got {self.expert}"
+                f"expert_shares: expected 1 in the first round, which has no policy, and shares "
+                f"from 0 to 1, got {self.expert_shares}"
             )
         return self
 
@@ -149,7 +150,9 @@ def _labels(
     file = folder / f"round-{k}.npz"
     if not file.exists():
         first = sum(config.drives[:k])
-        drives = [LabelledDrive(first + n, config.expert[k]) for n in range(config.drives[k])]
+        drives = [
+            LabelledDrive(first + n, config.expert_shares[k]) for n in range(config.drives[k])
+        ]
         data = None if policy is None else policy.to_bytes()
         work = partial(drive_and_label, config.driving, seed, data)
         driven = []
@@ -231,7 +234,7 @@ def fit(
         for rows in np.array_split(order, batches):
             given = actor(seen[side[rows], rows])
             loss = torch.nn.functional.smooth_l1_loss(
-                given, taken[side[rows], rows], beta=config.bend
+                given, taken[side[rows], rows], beta=config.smooth_l1_beta
             )
             optimizer.zero_grad()
             loss.backward()

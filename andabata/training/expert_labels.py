@@ -29,18 +29,18 @@ class LabelledDriveConfig(BaseModel):
 
     Attributes:
         first_seed: Seed of the first generated field; each drive has the next one.
-        turn: Mean time that one of both drives [s].
-        drawn: Share of the drives whose dynamics are drawn.
-        narrow: Share of the drives in narrow fields.
+        switch_time: Mean time for which one of the two drives [s].
+        drawn_share: Share of the drives whose dynamics are drawn.
+        narrow_share: Share of the drives in narrow fields.
         time_limit: Longest drive [s].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     first_seed: int = Field(default=300_000, ge=0)
-    turn: float = Field(default=1.0, gt=0)
-    drawn: float = Field(default=0.5, ge=0, le=1)
-    narrow: float = Field(default=0.0, ge=0, le=1)
+    switch_time: float = Field(default=1.0, gt=0)
+    drawn_share: float = Field(default=0.5, ge=0, le=1)
+    narrow_share: float = Field(default=0.0, ge=0, le=1)
     time_limit: float = Field(default=20.0, gt=0)
 
 
@@ -69,7 +69,7 @@ class Mixture:
         expert: MpcNavigator,
         policy: Policy | None,
         share: float,
-        turn: float,
+        switch_periods: float,
         rng: np.random.Generator,
     ) -> None:
         """Prepare a drive.
@@ -78,11 +78,11 @@ class Mixture:
             expert: Expert.
             policy: Policy, None while there is none.
             share: Share of the time that the expert drives.
-            turn: Mean number of periods that one of both drives.
+            switch_periods: Mean number of periods for which one of the two drives.
             rng: Source of randomness.
         """
         self._expert, self._policy, self._share = expert, policy, share
-        self._turn, self._rng = turn, rng
+        self._switch_periods, self._rng = switch_periods, rng
         self._vehicle = PLANAR_VEHICLES["barn"]
         self._observer = DistilledObserver(self._vehicle.period)
         self.observations: list[NDArray[np.float32]] = []
@@ -99,7 +99,7 @@ class Mixture:
         seen, command = self._observer.observe(readings), self._expert.act(readings)
         self.observations.append(seen)
         self.commands.append(command)
-        if self._rng.random() < 1.0 / self._turn:
+        if self._rng.random() < 1.0 / self._switch_periods:
             self._is_expert = self._rng.random() < self._share
         if self._policy is not None and not self._is_expert:
             command = self._vehicle.limited(command_of(self._policy.act(seen)))
@@ -132,8 +132,8 @@ def drive_and_label(
         drive: Drive.
     """
     rng = np.random.default_rng([seed, drive.number])
-    vehicle = PLANAR_VEHICLES["barn-drawn" if rng.random() < config.drawn else "barn"]
-    fields = NARROW if rng.random() < config.narrow else PUBLISHED
+    vehicle = PLANAR_VEHICLES["barn-drawn" if rng.random() < config.drawn_share else "barn"]
+    fields = NARROW if rng.random() < config.narrow_share else PUBLISHED
     world = barn_world(config.first_seed + drive.number, fields)
     (task,) = world.room.tasks
     robot_rng, expert_rng, turns = rng.spawn(3)
@@ -142,7 +142,7 @@ def drive_and_label(
         MpcNavigator(PLANAR_VEHICLES["barn"], expert_rng),
         None if policy is None else policy_from_bytes(policy),
         drive.share,
-        config.turn / vehicle.period,
+        config.switch_time / vehicle.period,
         turns,
     )
     result = drive_to_goal(driver, robot, task, DriveRules(time_limit=config.time_limit))

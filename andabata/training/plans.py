@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.lidar_models import sensor_settings
+from andabata.machine.reality import Reality
 from andabata.machine.robot import RobotModel
 from andabata.tasks.offroad import (
     OffroadConfig,
@@ -136,6 +137,7 @@ def load_plan(
     sensor: str = "utm-30lx",
     robot: str = "andabata",
     task: str = "offroad",
+    reality: Reality | None = None,
 ) -> TrainingPlan:
     """Return the plan of a task and an algorithm.
 
@@ -144,6 +146,8 @@ def load_plan(
         sensor: Laser of off-road tasks; their stage 1 keeps its 32 beams.
         robot: Body of off-road tasks.
         task: Kind of task.
+        reality: Reality of the robots of off-road tasks but stage 1, whose robot has no senses;
+            None for the ideal one.
 
     Raises:
         ValueError: If there is no task, algorithm or body of that name.
@@ -155,6 +159,7 @@ def load_plan(
         raise ValueError(f"--algorithm: expected {', '.join(known)}, got {name!r}")
     data = tomllib.loads(_plans(task).joinpath(f"{name}.toml").read_text())
     parts = {**sensor_settings(sensor), "robot": RobotModel.load(robot)}
+    parts["reality"] = reality or Reality()
     stages = {}
     for stage, rules in data["stages"].items():
         changes = rules.pop("environment", {})

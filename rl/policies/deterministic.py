@@ -41,8 +41,8 @@ class DeterministicPolicy(PerceptronPolicy):
         """Check that layers, spaces and exploration fit together."""
         super().__post_init__()
         exploration = Exploration.model_validate(self.info.get(EXPLORATION, {}))
-        if exploration.turns is not None:
-            self.observations.term(exploration.turns.term)
+        if exploration.random_turns is not None:
+            self.observations.term(exploration.random_turns.term)
         low, high = np.array(self.actions.low), np.array(self.actions.high)
         # The shares of a standing robot: the value of each action that is nearest to 0.
         rest = np.clip(-(low + high) / (high - low), -1.0, 1.0)
@@ -67,10 +67,10 @@ class DeterministicPolicy(PerceptronPolicy):
         for row, rng in zip(shares, rngs, strict=True):
             row += exploration.sigma * rng.standard_normal(len(row))
         np.clip(shares, -1.0, 1.0, out=shares)
-        if exploration.turns is not None:
-            near = exploration.turns.are_near(observations, self.observations)
+        if exploration.random_turns is not None:
+            near = exploration.random_turns.are_near(observations, self.observations)
             for row, is_near, rng in zip(shares, near.tolist(), rngs, strict=True):
-                turn = self._turn(exploration.turns, is_near, rng)
+                turn = self._turn(exploration.random_turns, is_near, rng)
                 row[:] = row if turn is None else turn
         return shares
 

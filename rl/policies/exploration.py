@@ -51,7 +51,7 @@ class RandomTurns(BaseModel):
             reciprocals [1/m].
         values: First and last value of the term that count, from 0; None for all (GDAE: 4 to 15 of
             its 20, those ahead).
-        near: Range below which the robot is near an obstacle [m].
+        near_range: Range below which the robot is near an obstacle [m].
         probability: Probability of a turn in each decision near an obstacle.
         steps: Least and greatest number of decisions of a turn.
     """
@@ -60,7 +60,7 @@ class RandomTurns(BaseModel):
 
     term: str
     values: tuple[int, int] | None = None
-    near: float = Field(default=0.6, gt=0)
+    near_range: float = Field(default=0.6, gt=0)
     probability: float = Field(default=0.15, ge=0, le=1)
     steps: tuple[int, int] = (8, 14)
 
@@ -88,8 +88,8 @@ class RandomTurns(BaseModel):
         if self.values is not None:
             read = read[:, self.values[0] : self.values[1] + 1]
         if space.term(self.term).unit == "1/m":
-            return np.asarray(read.max(axis=1) > 1 / self.near)
-        return np.asarray(read.min(axis=1) < self.near)
+            return np.asarray(read.max(axis=1) > 1 / self.near_range)
+        return np.asarray(read.min(axis=1) < self.near_range)
 
 
 class Exploration(BaseModel):
@@ -98,10 +98,10 @@ class Exploration(BaseModel):
     Attributes:
         sigma: Standard deviation of normal noise on the actions' shares, which are clipped to their
             bounds.
-        turns: Random turns near obstacles, None for none.
+        random_turns: Random turns near obstacles, or None.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     sigma: float = Field(default=0.0, ge=0)
-    turns: RandomTurns | None = None
+    random_turns: RandomTurns | None = None

@@ -35,8 +35,10 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # Ray's own, of sockets and p
 @pytest.fixture(scope="module")
 def cluster():
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
-    with raylets(2) as found:
-        yield found
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("OMP_NUM_THREADS", "2")  # What the nodes are started with is not the workers'.
+        with raylets(2) as found:
+            yield found
 
 
 def test_without_ray_the_line_that_installs_it_is_named(monkeypatch):

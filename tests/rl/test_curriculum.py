@@ -45,7 +45,7 @@ def test_a_checkpoint_of_another_learner_is_refused():
 
 def test_the_level_follows_the_success():
     """The difficulty rises and falls by one step a full window, within its bounds."""
-    rule = Difficulty(start=0.3, least=0.2, most=0.4, step=0.1, window=4)
+    rule = Difficulty(start=0.3, min_level=0.2, max_level=0.4, step=0.1, window=4)
     assert rule.after(0.3, [True] * 3) == 0.3
     assert rule.after(0.3, [True] * 4) == 0.4
     assert rule.after(0.4, [True] * 4) == 0.4
@@ -66,7 +66,7 @@ def test_the_thresholds_of_the_level():
 def test_earlier_stages_are_rehearsed_and_validated():
     """Each iteration shares its episodes as configured, with seeds that never come twice."""
     recorder = Recorder()
-    harder = Difficulty(start=0.3, most=0.5, window=4, raise_at=0.0, lower_at=0.0)
+    harder = Difficulty(start=0.3, max_level=0.5, window=4, raise_at=0.0, lower_at=0.0)
     plan = config().model_copy(
         update={
             "stages": (
@@ -176,7 +176,7 @@ def test_the_figures_are_those_of_the_episodes():
 
 def test_levels_of_thirds_end_at_one():
     """Three steps of a third lead from 0 to 1 exactly, and back to 0."""
-    rule = Difficulty(start=0.0, least=0.0, most=1.0, step=1 / 3, window=1, raise_at=0.9)
+    rule = Difficulty(start=0.0, min_level=0.0, max_level=1.0, step=1 / 3, window=1, raise_at=0.9)
     up, down = [0.0], [1.0]
     for _ in range(4):
         up.append(rule.after(up[-1], [True]))

@@ -25,7 +25,7 @@ def test_a_stage_that_is_learnt_ends_early():
 
 def test_a_stage_is_passed_at_its_hardest_level_alone():
     """Success on an easy level does not end the stage."""
-    levels = Difficulty(start=0.3, most=0.5, step=0.1, window=4, raise_at=0.9)
+    levels = Difficulty(start=0.3, max_level=0.5, step=0.1, window=4, raise_at=0.9)
     stage = Stage(name="turn", episodes=100, promote_at=0.9, window=4, difficulty=levels)
     plan = config().model_copy(update={"stages": (stage,)})
     figures = run(Curriculum(plan, made(lambda one: True)))
@@ -117,7 +117,7 @@ def test_a_run_with_tests_and_steps_resumes_bit_for_bit():
     """Budgets of steps, tests and a weighed score come through a kill as well."""
     stages = (Stage(name="turn", episodes=100, steps=1600), Stage(name="again", episodes=4))
     changes = {"test_every": 700, "test_tasks": 2, "validation": 2, "validate_every": 1}
-    plan = config(actor_every=3).model_copy(
+    plan = config(policy_delay=3).model_copy(
         update={"stages": stages, "collision_weight": 2.0, **changes}
     )
     whole = Curriculum(plan, rollouts())

@@ -91,5 +91,6 @@ def test_a_share_of_the_parameters_moves():
 
 def test_a_run_uses_one_thread():
     """A training run sets torch to one thread."""
+    torch.set_num_threads(2)
     use_one_thread()
     assert torch.get_num_threads() == 1

@@ -42,7 +42,7 @@ def test_the_number_of_gradient_steps_follows_the_decisions(config, monkeypatch)
 @LEARNERS
 def test_the_figures_are_means_over_the_steps(config, monkeypatch):
     """Loss and value are means over all steps, the actor's figure over the actor's own."""
-    learner = small(config, updates_per_step=0.1, actor_every=2)
+    learner = small(config, updates_per_step=0.1, policy_delay=2)
     steps = iter([(1.0, 10.0, 4.0), (3.0, 30.0, 0.0), (5.0, 50.0, 6.0), (7.0, 70.0, 0.0)] * 2)
     monkeypatch.setattr(learner, "_update", lambda *_: torch.tensor(next(steps)))
     episode = play(TurnToGoal(), learner.behaviour_policy(), 2, EpisodeSpec(0, (1,)))

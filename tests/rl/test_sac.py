@@ -212,7 +212,7 @@ def test_the_settings_of_the_shipped_policy():
         "actor_terms": None,
         "critic_terms": None,
         "critic_hidden": None,
-        "actor_every": 1,
+        "policy_delay": 1,
         "warmup_episodes": 0,
         "state_value": False,
         "learn_temperature": True,
@@ -221,8 +221,8 @@ def test_the_settings_of_the_shipped_policy():
 
 
 def test_the_actor_steps_for_every_mth_step_of_the_critics():
-    """With ``actor_every`` 3 the actor, its average and the temperature move in steps 0, 3, 6."""
-    learner = small(actor_every=3, updates_per_step=0.07)
+    """With ``policy_delay`` 3 the actor, its average and the temperature move in steps 0, 3, 6."""
+    learner = small(policy_delay=3, updates_per_step=0.07)
     episode = play(TurnToGoal(), learner.behaviour_policy(), 1, EpisodeSpec(0, (1,)))
     step, steps = learner._update, []
 
@@ -245,7 +245,7 @@ def test_the_actor_steps_for_every_mth_step_of_the_critics():
 
 def test_the_count_of_the_steps_is_resumed():
     """A restored learner takes its actor's steps at the same counts."""
-    learner, again = (small(actor_every=3, updates_per_step=0.02) for _ in range(2))
+    learner, again = (small(policy_delay=3, updates_per_step=0.02) for _ in range(2))
     episode = play(TurnToGoal(), learner.behaviour_policy(), 1, EpisodeSpec(0, (1,)))
     learner.update([episode], np.random.default_rng(0))
     again.restore(learner.to_bytes({}, {}))

@@ -80,7 +80,7 @@ def test_a_perceptron_reads_its_own_terms():
 
 def test_a_point_actor_resumes():
     """A restored learner with points and the value of states makes the same update, to the bit."""
-    learner, again = (points(seed, state_value=True, actor_every=2) for seed in (2, 3))
+    learner, again = (points(seed, state_value=True, policy_delay=2) for seed in (2, 3))
     _, episode = point_episode()
     learner.update([episode], np.random.default_rng(0))
     again.restore(learner.to_bytes({}, {}))

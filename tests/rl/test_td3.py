@@ -44,7 +44,7 @@ def two_actions():
         batch_size=64,
         updates_per_step=1.0,
         learning_rate=5e-3,
-        actor_every=3,
+        policy_delay=3,
         noise=NoiseSchedule(start=0.5, end=0.2, steps=1000),
     )
     learner = TwinDelayed(TARGETS, TWO_ACTIONS, config, seed=1)
@@ -153,7 +153,7 @@ def test_a_time_out_bootstraps_and_an_end_does_not(terminated, value):
 
 def test_actor_and_targets_step_for_every_mth_step_of_the_critics():
     """With a delay of 3 the actor and all targets move in steps 0, 3, 6, the critics in each."""
-    learner = small(actor_every=3, updates_per_step=0.07)
+    learner = small(policy_delay=3, updates_per_step=0.07)
     episode = play(TurnToGoal(), learner.behaviour_policy(), 1, EpisodeSpec(0, (1,)))
     step, steps = learner._update, []
     parts = (learner.actor, learner.target_actor, learner.target_critics, learner.critics)
@@ -173,7 +173,7 @@ def test_actor_and_targets_step_for_every_mth_step_of_the_critics():
     data = learner.to_bytes({}, {})
     learner.update([episode], np.random.default_rng(0))
     assert steps == [[k % 3 == 0] * 3 + [True] for k in range(14)]
-    again = small(seed=5, actor_every=3, updates_per_step=0.07)
+    again = small(seed=5, policy_delay=3, updates_per_step=0.07)
     again.restore(data)
     again.update([episode], np.random.default_rng(0))
     assert again.to_bytes({}, {}) == learner.to_bytes({}, {})
@@ -200,7 +200,7 @@ def test_the_targets_follow_slowly():
 
 def test_the_actor_climbs_the_first_critic():
     """Steps of the actor raise the first critic's value of its own actions, and move no critic."""
-    learner = small(actor_every=1)
+    learner = small(policy_delay=1)
     states = batch(256)["states"]
     with torch.no_grad():
         for weights in learner.critics.weights:
@@ -223,12 +223,12 @@ def test_the_noise_falls_with_the_decisions():
     """What plays to learn has the noise of its schedule, the turns, and the present actor."""
     noise = NoiseSchedule(start=0.9, end=0.1, steps=200)
     turns = RandomTurns(term="ranges")
-    learner = small(noise=noise, turns=turns, updates_per_step=0.01)
+    learner = small(noise=noise, random_turns=turns, updates_per_step=0.01)
     found = []
     for k in range(4):
         policy = learner.behaviour_policy()
         found.append(policy.info["exploration"]["sigma"])
-        assert policy.info["exploration"]["turns"]["term"] == "ranges"
+        assert policy.info["exploration"]["random_turns"]["term"] == "ranges"
         assert policy_from_bytes(policy.to_bytes()).info == policy.info
         episode = play(TurnToGoal(), policy, 2, EpisodeSpec(0, (k,)))
         figures = learner.update([episode], np.random.default_rng(k))
@@ -238,13 +238,13 @@ def test_the_noise_falls_with_the_decisions():
 
 
 def test_the_kept_policy_is_the_actor_or_its_average():
-    """``kept`` chooses between the actor and the target that follows it."""
-    for kept in ("actor", "target"):
-        learner = small(kept=kept)
+    """``policy_network`` chooses between the actor and the target that follows it."""
+    for network in ("actor", "target"):
+        learner = small(policy_network=network)
         for k in range(6):
             learner._update(batch(), generator(k))
         networks = {"actor": learner.actor, "target": learner.target_actor}
-        assert learner.policy({}).to_bytes() == networks[kept].policy({}).to_bytes()
+        assert learner.policy({}).to_bytes() == networks[network].policy({}).to_bytes()
         assert learner.actor.policy({}).to_bytes() != learner.target_actor.policy({}).to_bytes()
 
 
@@ -252,7 +252,7 @@ def test_the_kept_policy_is_the_actor_or_its_average():
 def test_gdaes_fusion_stays_as_it_was_drawn(frozen):
     """A frozen fusion and its target never move, the other layers do; a resume keeps it."""
     fusion = Fusion(kind="sum", layer=1, frozen=frozen)
-    settings = {"hidden": (8, 6), "fusion": fusion, "normalised": False, "actor_every": 1}
+    settings = {"hidden": (8, 6), "fusion": fusion, "normalised": False, "policy_delay": 1}
     learner = small(**settings)
     before = copies(learner.critics.weights)
     for k in range(5):
@@ -295,7 +295,7 @@ def test_the_settings_are_fujimotos_where_they_are_not_ours():
         "actor_terms": None,
         "critic_terms": None,
         "critic_hidden": None,
-        "actor_every": 2,
+        "policy_delay": 2,
         "warmup_episodes": 0,
         "fusion": {"kind": "concatenation", "layer": 0, "frozen": False},
         "normalised": True,
@@ -303,6 +303,6 @@ def test_the_settings_are_fujimotos_where_they_are_not_ours():
         "target_noise": 0.2,
         "target_noise_clip": 0.5,
         "noise": {"start": 0.5, "end": 0.1, "steps": 60_000, "decay": "linear"},
-        "turns": None,
-        "kept": "actor",
+        "random_turns": None,
+        "policy_network": "actor",
     }

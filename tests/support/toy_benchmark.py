@@ -18,8 +18,9 @@ from andabata.evaluation.table import (
     share_difference,
 )
 from andabata.machine.planar.mover_contact import Contact
+from andabata.report.blocks import Table as Rows
 from andabata.report.folder import read_result
-from andabata.report.page import Report
+from andabata.report.page import Page, Section
 from andabata.tasks.terminations import Outcome
 
 WORLDS = ("plain", "hill", "moor")
@@ -108,7 +109,5 @@ def toy_table(data):
 def report_toy(folder):
     """Return a page about an evaluation, and its figures."""
     data = read_result(folder, "evaluation.json", ("rows",))
-    page = Report("Toy", "Three worlds.")
-    page.section("Success", "Of all controllers.")
-    page.table(data["rows"])
-    return page, {"rows": data["rows"]}
+    success = Section("Success", "Of all controllers.", Rows(data["rows"]))
+    return Page("Toy", "Three worlds.", sections=[success]), {"rows": data["rows"]}

@@ -40,7 +40,7 @@ def test_the_same_seed_gives_the_same_forest(recipe):
 
 def test_a_feature_can_be_left_out():
     """A feature that is left out changes no probability."""
-    config = SMALL.model_copy(update={"without": ("roughness",)})
+    config = SMALL.model_copy(update={"excluded_features": ("roughness",)})
     forest = train_forest(cells(), GRID, config, seed=1)
     assert "roughness" not in forest.trees.features
     samples = cells(500, seed=2).features

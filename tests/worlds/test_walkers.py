@@ -51,10 +51,10 @@ def test_walkers_begin_at_free_places_away_from_starts():
         (np.array([one.plan.height for one in found]), config.height),
     ):
         assert low <= values.min() < values.max() <= high
-    passing = [one for one in found if one.plan.lasts is not None]
+    passing = [one for one in found if one.plan.duration is not None]
     assert 20 <= len(passing) <= 40
     assert all(one.plan.appears_at > 0.0 for one in passing)
-    staying = [one for one in found if one.plan.lasts is None]
+    staying = [one for one in found if one.plan.duration is None]
     assert {one.plan.appears_at for one in staying} == {0.0}
 
 

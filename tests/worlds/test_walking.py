@@ -117,7 +117,7 @@ def test_the_last_ten_seconds_are_remembered(make_ground):
 
 def test_walkers_come_and_go_but_not_onto_the_robot(make_ground):
     """One is there from 1 s to 3 s; where the robot stands it waits until it has left."""
-    made = walker((2.0, 0.0), appears_at=1.0, lasts=2.0)
+    made = walker((2.0, 0.0), appears_at=1.0, duration=2.0)
     walkers = Walkers(peopled(make_ground(), made), 100.0)
     radii = [steps(walkers, 0.1).movers.radii[-1, 0] for _ in range(40)]
     assert radii == [0.0] * 10 + [0.25] * 20 + [0.0] * 10

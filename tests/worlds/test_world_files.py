@@ -67,7 +67,7 @@ def test_a_world_comes_back_as_it_was(tmp_path, objects, tasks):
 
 def test_walkers_come_back_and_no_others_are_named(tmp_path):
     """A world without walkers has no word of them in its file, as before there were any."""
-    made = walker((1.0, 2.0), (0.3, -0.4), 0.2, 1.6, appears_at=3.0, lasts=9.0)
+    made = walker((1.0, 2.0), (0.3, -0.4), 0.2, 1.6, appears_at=3.0, duration=9.0)
     path = tmp_path / "a.safetensors"
     path.write_bytes(world_to_bytes(peopled(small(), made, walker((0.0, 0.0)))))
     found = load_world(path)

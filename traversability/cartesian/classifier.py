@@ -43,10 +43,12 @@ class GroundClassifierConfig(BaseModel):
         trees: Number of boosted trees of each stage.
         max_depth: Largest number of splits from the root of a tree to a leaf.
         min_leaf: Smallest number of ground cells in a leaf.
-        rate: Learning rate.
-        shrink: L2 penalty of leaves.
-        share: Share of each cloud's ground cells that are trained on: neighbours are much alike.
-        low: Weight of a blocked cell of a low object; there are few, and no wheel may touch them.
+        learning_rate: Learning rate.
+        l2_regularization: L2 penalty of leaves.
+        sample_share: Share of each cloud's ground cells that are trained on: neighbours are much
+            alike.
+        low_object_weight: Weight of a blocked cell of a low object; there are few, and no wheel may
+            touch them.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -54,10 +56,10 @@ class GroundClassifierConfig(BaseModel):
     trees: int = Field(default=150, ge=1, le=2000)
     max_depth: int = Field(default=6, ge=1, le=7)
     min_leaf: int = Field(default=200, ge=1)
-    rate: float = Field(default=0.15, gt=0, le=1)
-    shrink: float = Field(default=5.0, ge=0)
-    share: float = Field(default=0.4, gt=0, le=1)
-    low: float = Field(default=3.0, ge=1)
+    learning_rate: float = Field(default=0.15, gt=0, le=1)
+    l2_regularization: float = Field(default=5.0, ge=0)
+    sample_share: float = Field(default=0.4, gt=0, le=1)
+    low_object_weight: float = Field(default=3.0, ge=1)
 
 
 @dataclass(frozen=True)
@@ -365,10 +367,12 @@ def train_ground_classifier(
     Raises:
         ValueError: If the ground cells are not of both kinds, or as ``ground_samples`` says.
     """
-    samples = ground_samples(clouds[0], config.share, np.random.default_rng([seed, 0]))
+    samples = ground_samples(clouds[0], config.sample_share, np.random.default_rng([seed, 0]))
     first = train_stage(samples, GROUND_FEATURES, config, seed)
     counts = [len(samples.blocked)]
-    samples = ground_samples(clouds[1], config.share, np.random.default_rng([seed, 1]), first)
+    samples = ground_samples(
+        clouds[1], config.sample_share, np.random.default_rng([seed, 1]), first
+    )
     second = train_stage(samples, CONTEXT_FEATURES, config, seed)
     counts.append(len(samples.blocked))
     whole = {**(summary or {}), "squares": counts}
@@ -392,7 +396,7 @@ def train_stage(
     if not samples.blocked.any() or samples.blocked.all():
         found = f"{int(samples.blocked.sum())} blocked of {len(samples.blocked)}"
         raise ValueError(f"blocked: expected ground cells of both kinds, got {found}; add clouds")
-    weights = np.where(samples.low, config.low, 1.0)
+    weights = np.where(samples.low, config.low_object_weight, 1.0)
     blocked = samples.blocked
     trees = fit_boosted(samples.features, blocked, names, config.trees, config, seed, weights)
     return BoostedStage(trees, names)

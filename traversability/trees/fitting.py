@@ -20,11 +20,11 @@ class Boosting(Protocol):
         """Smallest number of samples in a leaf."""
 
     @property
-    def rate(self) -> float:
+    def learning_rate(self) -> float:
         """Learning rate."""
 
     @property
-    def shrink(self) -> float:
+    def l2_regularization(self) -> float:
         """L2 penalty of leaves."""
 
 
@@ -55,8 +55,8 @@ def fit_boosted(
         max_depth=config.max_depth,
         max_leaf_nodes=None,
         min_samples_leaf=min(config.min_leaf, max(1, len(blocked) // 100)),
-        learning_rate=config.rate,
-        l2_regularization=config.shrink,
+        learning_rate=config.learning_rate,
+        l2_regularization=config.l2_regularization,
         early_stopping=False,
         random_state=seed,
     )
@@ -76,7 +76,7 @@ def fit_correction(
 ) -> Trees:
     """Fit boosted trees that go on from the log odds of other trees (Friedman 2001).
 
-    Leaves are Newton steps of the logistic loss, shrunk by ``config.rate``.
+    Leaves are Newton steps of the logistic loss, shrunk by ``config.learning_rate``.
 
     Args:
         features: Features, float32, shape (n, f).
@@ -109,8 +109,8 @@ def fit_correction(
         gradient = np.bincount(place, weights * residual, size)
         curvature = np.bincount(place, weights * probability * (1 - probability), size)
         # Inner nodes hold no sample: nothing to divide by without a penalty.
-        scale = np.maximum(curvature + config.shrink, np.finfo(np.float64).tiny)
-        leaf = config.rate * gradient / scale
+        scale = np.maximum(curvature + config.l2_regularization, np.finfo(np.float64).tiny)
+        leaf = config.learning_rate * gradient / scale
         sides = model.tree_.children_left, model.tree_.children_right
         found.append(_siblings_together(*sides, model.tree_.feature, model.tree_.threshold, leaf))
         sums = sums + leaf.astype(np.float32)[place]

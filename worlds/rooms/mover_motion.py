@@ -102,8 +102,8 @@ def put_down(
         state.places[k, m], state.velocities[k, m] = mover.place, mover.velocity
         schedules.radii[k, m] = plan.radius
         schedules.begins[k, m] = plan.appears_at
-        if plan.lasts is not None:
-            schedules.durations[k, m] = plan.lasts
+        if plan.duration is not None:
+            schedules.durations[k, m] = plan.duration
         if plan.when_within is not None:
             schedules.distances[k, m] = plan.when_within
         elif plan.appears_at == 0.0:

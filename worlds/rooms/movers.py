@@ -20,7 +20,7 @@ class MoverPlan(BaseModel):
         when_within: Distance of the robot from the obstacle's edge below which it appears [m]; None
             leaves that to the time alone.
         appears_at: Time since the robot's start before which it does not appear [s].
-        lasts: Time after its appearance at which it vanishes for good [s]; None keeps it.
+        duration: Time after its appearance at which it vanishes for good [s]; None keeps it.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -32,7 +32,7 @@ class MoverPlan(BaseModel):
     heading_deg: float | None = Field(default=None, ge=-360, le=360)
     when_within: float | None = Field(default=None, gt=0)
     appears_at: float = Field(default=0.0, ge=0)
-    lasts: float | None = Field(default=None, gt=0)
+    duration: float | None = Field(default=None, gt=0)
 
     @model_validator(mode="after")
     def _check_place(self) -> Self:

@@ -129,7 +129,7 @@ def train_ground(
     atomic_io.write(out / "ground_classifier.npz", classifier.to_bytes())
     validation = read_clouds(folders[0], manifests[0], "validation")
     rng = np.random.default_rng([seed, 2])
-    samples = ground_samples(validation, config.share, rng, classifier.first)
+    samples = ground_samples(validation, config.sample_share, rng, classifier.first)
     data = {**score_ground_classifier(classifier, samples), "out": str(out)}
     write_scores(out, data, describe("classifier ground", config.model_dump(), seed))
     return data

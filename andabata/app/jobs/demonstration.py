@@ -18,12 +18,13 @@ from andabata.evaluation.drive import Driven, drive_once
 from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
 from andabata.evaluation.offroad_table import summarise
 from andabata.models import Models, shipped_forest
-from andabata.report.about import add_about
+from andabata.report.about import about_section
+from andabata.report.blocks import Block, Plot, Table
 from andabata.report.classifier import SCORE_COLUMNS
 from andabata.report.columns import several
 from andabata.report.drive import ATTEMPT_COLUMNS
-from andabata.report.evaluation import add_goals_table
-from andabata.report.page import Report
+from andabata.report.evaluation import goals_table
+from andabata.report.page import Page, Section
 from andabata.report.plots.axes import png
 from andabata.report.plots.drives import drive_figure, world_figure
 from andabata.report.plots.perception import confusions_figure, scan_figure
@@ -94,7 +95,7 @@ class Demonstration:
         self._config = config
         self._folder, self._seed, self._workers = folder, seed, workers
         self._console, self._sensor = console, sensor
-        self._report = Report("andabata: from nothing to a driven path")
+        self._sections: list[Section] = []
         self._figures: dict[str, Any] = {"sensor": sensor}
 
     def run(self) -> dict[str, Any]:
@@ -115,10 +116,11 @@ class Demonstration:
         self._train_policy()
         self._show_scan(self._drive())
         self._evaluate()
-        add_about(self._report, [self._folder])
+        self._sections.append(about_section([self._folder]))
         self._figures["wall_s"] = time.perf_counter() - began
         path = self._folder / "report.html"
-        atomic_io.write(path, self._report.to_bytes())
+        page = Page("andabata: from nothing to a driven path", sections=self._sections)
+        atomic_io.write(path, page.to_bytes())
         write_json(self._folder / "demo.json", self._figures)
         return {**self._figures, "report": str(path)}
 
@@ -138,25 +140,21 @@ class Demonstration:
             generate_dataset(clouds, config, counts, self._seed, step, engine=engine)
         manifest = read_manifest(clouds)
         samples = split_samples(clouds, manifest, "train", PolarGrid())
-        few = ForestConfig(trees=self._config.trees, rate=0.2)
+        few = ForestConfig(trees=self._config.trees, learning_rate=0.2)
         forest = train_forest(samples, PolarGrid(), few, self._seed)
         scores = score_forest(forest, clouds, manifest, "validation")
         self._figures["classifier"] = scores
         self._console.status(
             f"classifier: balanced accuracy {scores['balanced_accuracy']:.3f} on unseen worlds"
         )
-        self._report.section(
+        confusion = {"ours": scores["confusion"], "the paper's": PAPER.as_dict()["confusion"]}
+        caption = "Cells of the validation clouds (Table 1)"
+        self._add(
             "A classifier of cells",
             f"{counts['train']} labelled clouds for training and {counts['validation']} for "
             f"validation, from other worlds; {len(samples.blocked)} training cells.",
-        )
-        self._report.table([scores], SCORE_COLUMNS)
-        self._report.figure(
-            confusions_figure(
-                {"ours": scores["confusion"], "the paper's": PAPER.as_dict()["confusion"]}
-            ),
-            "confusion",
-            "Cells of the validation clouds (Table 1)",
+            Table([scores], SCORE_COLUMNS),
+            Plot(confusions_figure(confusion), "confusion", caption),
         )
 
     def _train_policy(self) -> None:
@@ -180,13 +178,13 @@ class Demonstration:
                 on_iteration=lambda g: step(g.played),
             )
         self._figures["learning"] = result
-        self._report.section(
+        figure = learning_figure(read_history(run / HISTORY))
+        self._add(
             "Learning to steer",
             f"The first {episodes} episodes of stage 1, {result['steps']} control steps at "
             f"{result['steps_per_s']:.0f} a second. The shipped policy comes from the full budget.",
+            Plot(figure, "learning", "Goals reached while exploring", drawn=True),
         )
-        figure = learning_figure(read_history(run / HISTORY))
-        self._report.figure(figure, "learning", "Goals reached while exploring", drawn=True)
 
     def _drive(self) -> Driven:
         """Drive the shipped policy through a natural world that is used for no training."""
@@ -199,15 +197,16 @@ class Demonstration:
         others = {"oracle": oracle.path}
         self._figures["drive"] = {k: v for k, v in driven.as_dict().items() if k not in _LONG}
         self._console.status(driven.title)
-        self._report.section(
-            "A drive", driven.title + ", in bullet, with the shipped forest and policy."
-        )
         figure = drive_figure(driven.world, driven.path, driven.task.goals, driven.title, others)
         atomic_io.write(self._folder / "drive.png", png(figure))
         caption = "The driven path and the oracle's, on the true map"
-        self._report.figure(figure, "path", caption, drawn=True, light=True)
-        self._report.table(self._figures["drive"]["attempts"], ATTEMPT_COLUMNS, every="All columns")
-        self._report.figure(world_figure(driven.world), "world", "The world")
+        self._add(
+            "A drive",
+            driven.title + ", in bullet, with the shipped forest and policy.",
+            Plot(figure, "path", caption, drawn=True, light=True),
+            Table(self._figures["drive"]["attempts"], ATTEMPT_COLUMNS, every="All columns"),
+            Plot(world_figure(driven.world), "world", "The world"),
+        )
         return driven
 
     def _show_scan(self, driven: Driven) -> None:
@@ -215,10 +214,11 @@ class Demonstration:
         if driven.cloud is None:
             return
         scanned = scan_cloud(driven.cloud, ScanConfig(), shipped_forest())
-        self._report.section(
-            "The last scan", "The last cloud of the drive, its cells and virtual scan."
+        self._add(
+            "The last scan",
+            "The last cloud of the drive, its cells and virtual scan.",
+            Plot(scan_figure(scanned, "last cloud"), "scan", "Points, cells, ranges"),
         )
-        self._report.figure(scan_figure(scanned, "last cloud"), "scan", "Points, cells, ranges")
 
     def _evaluate(self) -> None:
         """Evaluate controllers in a few trials."""
@@ -236,8 +236,12 @@ class Demonstration:
             attempts = run_comparison(comparison, engine=engine, on_cell=lambda _: step())
         table = summarise(attempts, config.controllers)
         self._figures["evaluation"] = table
-        self._report.section(
+        self._add(
             f"{several(len(config.controllers), 'controller')} side by side",
             f"{several(trials, 'trial')} of each show the form of the table; intervals are wide.",
+            goals_table(table, "All columns"),
         )
-        add_goals_table(self._report, table, "All columns")
+
+    def _add(self, title: str, text: str, *blocks: Block) -> None:
+        """Add a section to the report."""
+        self._sections.append(Section(title, text, *blocks))

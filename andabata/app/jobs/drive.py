@@ -99,6 +99,7 @@ def run_drive(
             atomic_io.write(request.clip, clips[0].film(request.clip.suffix))
         settings = config.model_dump(mode="json")
         data: dict[str, Any] = write_drive(folder, driven, settings, request.seed, request.clip)
+        data |= {"reality": config.reality.name}
         data |= {"record": str(request.record.path)} if request.record is not None else {}
         data |= {"view": view.report} if view is not None else {}
         console.result(data, drive_text(driven.title, data))

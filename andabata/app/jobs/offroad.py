@@ -14,6 +14,7 @@ from andabata.app.run_kinds import OFFROAD, EvaluationRequest
 from andabata.engine import Engine
 from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
 from andabata.evaluation.offroad_table import failure_causes, summarise
+from andabata.evaluation.perturbation import perturbation_rows
 from andabata.evaluation.trial import OffroadAttempt
 from andabata.report.plots.drives import failure_picture
 
@@ -31,12 +32,16 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
     robot, driven = given(RobotOptions).base(), given(TrialOptions)
     base = given(OffroadEvaluationOptions).base(robot, request.seed, driven)
     config = request.settings.resolve(EvaluationConfig, base)
-    models = given(EvaluationModelOptions).load()
+    models, reality = given(EvaluationModelOptions).load(), config.simulated_robot.reality.name
 
     def tabulate(attempts: Sequence[OffroadAttempt], _: Engine) -> dict[str, Any]:
-        rows = summarise(attempts, config.controllers)
-        return {"rows": rows, "failures": failure_causes(attempts)}
+        rows = summarise(attempts, [arm.name for arm in config.arms])
+        data = {"rows": rows, "failures": failure_causes(attempts), "reality": reality}
+        if config.perturb:
+            data["perturbations"] = perturbation_rows(attempts, config.arms)
+        return data
 
     draw = failure_picture if request.has_folder else None
     comparison = OffroadComparison.of(config, models, draw)
-    return Evaluation("evaluate", config, request.seed, comparison, tabulate, {"task": OFFROAD})
+    about = {"task": OFFROAD, "reality": reality}
+    return Evaluation("evaluate", config, request.seed, comparison, tabulate, about)

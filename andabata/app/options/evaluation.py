@@ -91,7 +91,7 @@ class TrialOptions:
 
 @dataclass(frozen=True)
 class OffroadEvaluationOptions:
-    """Off-road evaluation: ``--world``, ``--goals``, ``--suite``."""
+    """Off-road evaluation: ``--world``, ``--goals``, ``--suite``, ``--perturb``."""
 
     world: Annotated[str, typer.Option(help="World preset.", rich_help_panel=_OFFROAD)] = (
         "natural-test"
@@ -108,6 +108,16 @@ class OffroadEvaluationOptions:
             rich_help_panel=_OFFROAD,
         ),
     ] = None
+    perturb: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME=NUMBER,...",
+            help="Disturbances by their names in simulated_robot.reality, such as "
+            "latency=0.2,range_noise=0.05, or field or harsh for all of a level. Each is driven "
+            "alone beside the robot as it is: what does it cost?",
+            rich_help_panel=_OFFROAD,
+        ),
+    ] = None
 
     def base(
         self, robot: "SimulatedRobotConfig", seed: int, driven: TrialOptions
@@ -116,8 +126,9 @@ class OffroadEvaluationOptions:
 
         Raises:
             UnknownWorldError: If there is no such world.
-            UsageError: If there is no such controller.
+            UsageError: If there is no such controller or disturbance.
         """
+        from andabata.app.options.disturbances import read_disturbances
         from andabata.assembly.controllers import CONTROLLERS
         from andabata.configuration.usage import words
         from andabata.evaluation.offroad import EvaluationConfig
@@ -141,6 +152,7 @@ class OffroadEvaluationOptions:
             goals=self.goals,
             seed=seed,
             simulated_robot=robot,
+            perturb=read_disturbances(self.perturb, robot.reality),
         )
 
 

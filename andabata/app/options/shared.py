@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from andabata.app.console import Console
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.engine import Engine
+    from andabata.machine.reality import Reality
     from andabata.models import Models
     from andabata.records.frames.sensor_pose import GivenMounting
     from rl.policy import Policy as PolicyModel
@@ -101,6 +102,16 @@ Sensor = Annotated[
 Robot = Annotated[
     str,
     typer.Option(help="Body: andabata (the paper's), husky or jackal.", rich_help_panel=_SETTINGS),
+]
+RealityLevel = Annotated[
+    str,
+    typer.Option(
+        "--reality",
+        metavar="LEVEL",
+        help="ideal: the robot is what its navigator believes; field, harsh: senses, wheels and "
+        "motors that differ from it as real ones do, drawn for each drive.",
+        rich_help_panel=_SETTINGS,
+    ),
 ]
 ForestFile = Annotated[
     Path | None,
@@ -294,24 +305,39 @@ class SettingsOptions:
         return resolve(kind, self.config, self.settings or (), base)
 
 
+def reality_level(name: str) -> "Reality":
+    """Return the level of reality of ``--reality``.
+
+    Raises:
+        UsageError: If there is no such level.
+    """
+    from andabata.configuration.usage import one_word
+    from andabata.machine.reality import LEVELS
+
+    return LEVELS[one_word(name, tuple(LEVELS), "--reality")]
+
+
 @dataclass(frozen=True)
 class RobotOptions:
-    """Parts of a simulated robot: ``--sensor``, ``--robot``."""
+    """Simulated robot: ``--sensor``, ``--robot``, ``--reality``."""
 
     sensor: Sensor = "utm-30lx"
     robot: Robot = "andabata"
+    reality: RealityLevel = "ideal"
 
     def base(self) -> "SimulatedRobotConfig":
-        """Return the default robot with this laser and body.
+        """Return the default robot with this laser, body and reality.
 
         Raises:
             UnknownSensorError: If there is no such laser.
+            UsageError: If there is no such level of reality.
             ValueError: If there is no such body.
         """
         from andabata.assembly.simulated_robot import SimulatedRobotConfig
         from andabata.configuration.settings import with_parts
 
-        return with_parts(SimulatedRobotConfig, self.sensor, self.robot)
+        robot = with_parts(SimulatedRobotConfig, self.sensor, self.robot)
+        return robot.model_copy(update={"reality": reality_level(self.reality)})
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from andabata.app.options.shared import RobotOptions, SettingsOptions
+from andabata.app.options.shared import RobotOptions, SettingsOptions, reality_level
 
 if TYPE_CHECKING:
     from andabata.training.plans import TrainingPlan
@@ -65,7 +65,8 @@ class TrainingOptions:
         from andabata.app.jobs.training import with_features
         from andabata.training.plans import TrainingPlan, load_plan
 
-        base = load_plan(self.algorithm, robot.sensor, robot.robot, task)
+        level = reality_level(robot.reality)
+        base = load_plan(self.algorithm, robot.sensor, robot.robot, task, level)
         return settings.resolve(TrainingPlan, with_features(base, self.k))
 
     def chosen(self, plan: "TrainingPlan") -> range:

@@ -10,10 +10,12 @@ from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
     ForestOptions,
+    RealityLevel,
     Robot,
     Seed,
     SettingsOptions,
     Workers,
+    reality_level,
 )
 from worlds.splits import DEVELOPMENT_SEED, EVALUATIONS
 
@@ -174,6 +176,7 @@ def localization(
     rides: Annotated[
         int, typer.Option(min=0, help="Rides of each row of the error-against-speed curve.")
     ] = 4,
+    reality: RealityLevel = "ideal",
     settings: SettingsOptions,
     seed: EvaluationSeed = DEVELOPMENT_SEED,
     workers: Workers = 2,
@@ -185,14 +188,17 @@ def localization(
         andabata bench localization
         andabata bench localization --world hill --drives 100 --rides 0
         andabata bench localization --set plant=kinematic --json
+        andabata bench localization --reality field --rides 0
     """
     from andabata.app.console import table_of
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.bench.localization import bench_localization, localization_table
     from andabata.bench.motion import agreement_table, error_table
 
-    console, config = output.console(), settings.resolve(SimulatedRobotConfig)
+    base = SimulatedRobotConfig(reality=reality_level(reality))
+    console, config = output.console(), settings.resolve(SimulatedRobotConfig, base)
     data = bench_localization(config, world, drives, rides, seed, workers, console)
+    data |= {"reality": config.reality.name}
     tables = [table_of(localization_table(data["localization"]), "filter and single sensors")]
     if rides:
         motion = data["motion"]

@@ -81,7 +81,7 @@ def distill(
 
     Examples:
         andabata policy distill --out data/runs/distilled
-        andabata policy distill --set drives=[20,20] --set expert=[1.0,0.3]
+        andabata policy distill --set drives=[20,20] --set expert_shares=[1.0,0.3]
     """
     from andabata.runs import atomic_io
     from andabata.training.distillation import DistillationConfig, distill_mpc

@@ -47,12 +47,14 @@ def report(
         andabata report data/runs/drive --figures figures
         andabata report data/runs/generalisation
     """
-    from andabata.app.reports import ReportOptions, make_report, run_folders
+    from andabata.app.reports import make_report, run_folders
+    from andabata.report.options import ReportOptions
     from andabata.runs import atomic_io
     from andabata.runs.folder import make_folder
 
     path, console = out or runs[0] / "report.html", output.console()
-    made = make_report(run_folders(runs), ReportOptions(models, tests, workers, console))
+    options = ReportOptions(models.load, tests, workers, console.progress)
+    made = make_report(run_folders(runs), options)
     page = made.page.to_bytes()
     make_folder(path.parent)
     atomic_io.write(path, page)

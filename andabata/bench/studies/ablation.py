@@ -45,14 +45,16 @@ VARIANTS = {
     "without the screen": ForestConfig(screen_trees=0),
     "without neighbours": ForestConfig(features="own"),
     "without neighbours aside": ForestConfig(
-        without=features_at(tuple(position for position in CONTEXT if "sides" in position))
+        excluded_features=features_at(
+            tuple(position for position in CONTEXT if "sides" in position)
+        )
     ),
     "without planes through quarters": ForestConfig(
-        without=(*PLANES, *(n for n in ALL_FEATURES if n.split(":")[-1] in PLANES))
+        excluded_features=(*PLANES, *(n for n in ALL_FEATURES if n.split(":")[-1] in PLANES))
     ),
-    "without gaps": ForestConfig(without=GAPS),
-    "without rises and bends": ForestConfig(without=RISES),
-    "without distance": ForestConfig(without=("distance",)),
+    "without gaps": ForestConfig(excluded_features=GAPS),
+    "without rises and bends": ForestConfig(excluded_features=RISES),
+    "without distance": ForestConfig(excluded_features=("distance",)),
     "the paper's five, boosted": ForestConfig(features="paper"),
     "the paper's five, random forest": PAPER_RECIPE,
 }

@@ -11,6 +11,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,23 @@ REAL_CLOUDS: tuple[tuple[str, ...], ...] = (
     ),
 )
 """Paths of real clouds in the folder ``ANDABATA_REAL_DATA``, each with the options of its scan."""
+
+EVALUATIONS: dict[str, tuple[str, ...]] = {
+    "rooms td3": ("--task", "td3", "--rooms", "random-7300,clutter-movers-7300", "--pairs", "4"),
+    "rooms spn": (
+        *("--task", "spn", "--rooms", "random-7300,clutter-movers-7300", "--pairs", "4"),
+        *("--lidars", "hokuyo-270,ten-beams"),
+    ),
+    "BARN": (
+        *("--task", "barn", "--trials", "1"),
+        *("--set", "count=2", "--set", "first_seed=200000"),
+    ),
+    "BARN skid": (
+        *("--task", "barn", "--trials", "1", "--vehicle", "barn-skid", "--controllers", "arcs,mpc"),
+        *("--set", "count=2", "--set", "first_seed=200000"),
+    ),
+}
+"""Options of evaluations in rooms and fields of cylinders, none of which judge."""
 
 
 def digest(arrays: Iterable[NDArray[Any]]) -> str:
@@ -93,6 +111,24 @@ def train(folder: Path, stage: int, name: str, episodes: int) -> str:
     return digest(weights[key] for key in sorted(weights))
 
 
+def evaluation(folder: Path, name: str, *words: str) -> str:
+    """Return the digest of an evaluation's rows and of its journal, but for the journal's heading.
+
+    Args:
+        folder: Folder for the run.
+        name: Name of the run.
+        words: Options of ``evaluate``.
+    """
+    out = folder / name.replace(" ", "-")
+    common = ("--seed", "7300", "--workers", "1", "--quiet", "--json", "--out", str(out))
+    rows = json.loads(run_command("evaluate", *words, *common))["rows"]
+    (journal,) = out.glob("*.jsonl")
+    found = hashlib.sha256(json.dumps(rows).encode())
+    for line in journal.read_text().splitlines()[1:]:  # Commit and settings are no behaviour.
+        found.update(line.encode())
+    return found.hexdigest()
+
+
 def scans() -> Iterator[tuple[str, str]]:
     """Yield the digest of cell states and ranges of each real cloud, if there are any."""
     root = os.environ.get("ANDABATA_REAL_DATA")
@@ -114,9 +150,12 @@ def fingerprints(only: str) -> Iterator[tuple[str, str]]:
             "clouds": lambda: clouds(folder),
             "drive kinematic": lambda: drive(folder, "kinematic"),
             "drive bullet": lambda: drive(folder, "bullet"),
+            "drive wheels": lambda: drive(folder, "wheels"),
             "train Maze2D": lambda: train(folder, 1, "Maze2D", 16),
             "train Natural": lambda: train(folder, 3, "Natural", 16),
         }
+        for name, words in EVALUATIONS.items():
+            makers[name] = partial(evaluation, folder, name, *words)
         for label, make in makers.items():
             if only in label:
                 yield label, make()

@@ -31,24 +31,25 @@ class BrakeShieldConfig(BaseModel):
     Attributes:
         margin: Distance to a hit that counts as contact [m].
         shares: Shares of a command that are tried, the largest first.
-        standing: Speed below which a robot stands [m/s].
-        patience: Time that it stands before it backs out or turns on the spot [s].
-        way_out: Time that it does so [s].
+        standing_speed: Speed below which a robot stands [m/s].
+        standing_time: Time that it stands before it backs out or turns on the spot [s].
+        recovery_time: Time for which it does so [s].
         turn_rate: Yaw rate of turns on the spot [rad/s].
-        back_speed: Speed of ways backwards [m/s].
-        rest: Speed and yaw rate, as a speed of the footprint's corners, that count as rest [m/s].
+        reverse_speed: Speed of driving backwards [m/s].
+        rest_speed: Speed and yaw rate, as a speed of the footprint's corners, that count as rest
+            [m/s].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     margin: float = Field(default=0.02, ge=0)
     shares: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
-    standing: float = Field(default=0.05, ge=0)
-    patience: float = Field(default=0.5, ge=0)
-    way_out: float = Field(default=0.6, ge=0)
+    standing_speed: float = Field(default=0.05, ge=0)
+    standing_time: float = Field(default=0.5, ge=0)
+    recovery_time: float = Field(default=0.6, ge=0)
     turn_rate: float = Field(default=1.0, gt=0)
-    back_speed: float = Field(default=0.3, gt=0)
-    rest: float = Field(default=0.02, gt=0)
+    reverse_speed: float = Field(default=0.3, gt=0)
+    rest_speed: float = Field(default=0.02, gt=0)
 
 
 class BrakeShield:
@@ -74,7 +75,7 @@ class BrakeShield:
 
     def reset(self) -> None:
         """Forget how long the robot stands."""
-        self._stood, self._way_out = 0.0, 0.0
+        self._stood, self._recovery_left = 0.0, 0.0
 
     def safe(
         self,
@@ -95,12 +96,14 @@ class BrakeShield:
             dynamics: Delay, lag and accelerations.
         """
         config = self.config
-        is_still = max(abs(state.v), self._reach * abs(state.w)) < config.standing
+        is_still = max(abs(state.v), self._reach * abs(state.w)) < config.standing_speed
         self._stood = self._stood + self._period if is_still else 0.0
-        self._way_out = max(self._way_out - self._period, 0.0)
-        if self._stood > config.patience:
-            self._stood, self._way_out = 0.0, config.way_out
-        fastest = max(abs(command.linear), abs(state.v), abs(state.controller_v), config.back_speed)
+        self._recovery_left = max(self._recovery_left - self._period, 0.0)
+        if self._stood > config.standing_time:
+            self._stood, self._recovery_left = 0.0, config.recovery_time
+        fastest = max(
+            abs(command.linear), abs(state.v), abs(state.controller_v), config.reverse_speed
+        )
         fastest = max(fastest, float(np.abs(past[:, 0]).max(initial=0.0)))
         reach = self._reach + config.margin + _way(fastest, dynamics)
         near = hits[np.hypot(*hits.T) < reach]
@@ -128,10 +131,10 @@ class BrakeShield:
         config = self.config
         found = [Twist(share * command.linear, share * command.angular) for share in config.shares]
         found.append(Twist(0.0, command.angular))
-        if self._way_out > 0.0:
+        if self._recovery_left > 0.0:
             # Back, away from the nearest hit, and to it.
             side = -math.copysign(config.turn_rate, near[np.hypot(*near.T).argmin(), 1])
-            found[:0] = [Twist(-config.back_speed, 0.0), Twist(0.0, side), Twist(0.0, -side)]
+            found[:0] = [Twist(-config.reverse_speed, 0.0), Twist(0.0, side), Twist(0.0, -side)]
         return found
 
     def _can_stop(
@@ -154,7 +157,7 @@ class BrakeShield:
                 near,
                 self._corners,
                 margin,
-                self.config.rest,
+                self.config.rest_speed,
             )
         )
 

@@ -22,33 +22,33 @@ class MoverTracksConfig(BaseModel):
     """Settings of ``MoverTracks``, all of them assumptions.
 
     Attributes:
-        within: Largest range of a hit that counts [m].
-        gap: Distance of neighbouring hits from which on they belong to two things [m].
-        hits: Fewest hits of a circle.
-        radii: Smallest and largest radius [m].
-        residual: Largest root mean square distance of the hits from their circle [m].
+        max_range: Largest range of a hit that counts [m].
+        cluster_gap: Distance of neighbouring hits from which on they belong to two things [m].
+        min_hits: Fewest hits of a circle.
+        radius_range: Smallest and largest radius [m].
+        max_residual: Largest root mean square distance of the hits from their circle [m].
         gate: Largest distance of a circle from where its track expects it [m].
-        other_radius: Largest difference of their radii [m].
-        gain: Share of the velocity between the last two scans in the mean; in the first scans all
-            velocities count alike.
-        confirmed: Number of scans after which a track counts.
-        coast: Number of scans that it goes on without being seen.
-        slowest: Speed from which on it moves [m/s].
+        radius_gate: Largest difference of their radii [m].
+        velocity_gain: Share of the velocity between the last two scans in the mean; in the first
+            scans all velocities count alike.
+        confirmation_scans: Number of scans after which a track counts.
+        coasting_scans: Number of scans that it goes on without being seen.
+        min_speed: Speed from which on it moves [m/s].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    within: float = Field(default=6.0, gt=0)
-    gap: float = Field(default=0.15, gt=0)
-    hits: int = Field(default=5, ge=3)
-    radii: tuple[float, float] = (0.1, 0.8)
-    residual: float = Field(default=0.03, gt=0)
+    max_range: float = Field(default=6.0, gt=0)
+    cluster_gap: float = Field(default=0.15, gt=0)
+    min_hits: int = Field(default=5, ge=3)
+    radius_range: tuple[float, float] = (0.1, 0.8)
+    max_residual: float = Field(default=0.03, gt=0)
     gate: float = Field(default=0.25, gt=0)
-    other_radius: float = Field(default=0.15, gt=0)
-    gain: float = Field(default=0.5, gt=0, le=1)
-    confirmed: int = Field(default=4, ge=2)
-    coast: int = Field(default=5, ge=0)
-    slowest: float = Field(default=0.1, ge=0)
+    radius_gate: float = Field(default=0.15, gt=0)
+    velocity_gain: float = Field(default=0.5, gt=0, le=1)
+    confirmation_scans: int = Field(default=4, ge=2)
+    coasting_scans: int = Field(default=5, ge=0)
+    min_speed: float = Field(default=0.1, ge=0)
 
 
 class TrackedMovers(NamedTuple):
@@ -68,21 +68,21 @@ class TrackedMovers(NamedTuple):
 class _Fit(NamedTuple):
     """Numbers of ``MoverTracksConfig`` that the compiled search for circles depends on."""
 
-    within: float
-    gap: float
-    hits: int
+    max_range: float
+    cluster_gap: float
+    min_hits: int
     smallest: float
     largest: float
-    residual: float
+    max_residual: float
 
 
 class _Filter(NamedTuple):
     """Numbers of ``MoverTracksConfig`` that the compiled filter depends on, and its step [s]."""
 
     gate: float
-    other_radius: float
-    gain: float
-    coast: int
+    radius_gate: float
+    velocity_gain: float
+    coasting_scans: int
     dt: float
 
 
@@ -110,9 +110,18 @@ class MoverTracks:
         """
         self.config = config = config or MoverTracksConfig()
         self._mount = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
-        self._bearings, within = lidar.bearings, min(config.within, lidar.max_range * _NEARLY)
-        self._fit = _Fit(within, config.gap, config.hits, *config.radii, config.residual)
-        self._filter = _Filter(config.gate, config.other_radius, config.gain, config.coast, period)
+        self._bearings = lidar.bearings
+        max_range = min(config.max_range, lidar.max_range * _NEARLY)
+        self._fit = _Fit(
+            max_range,
+            config.cluster_gap,
+            config.min_hits,
+            *config.radius_range,
+            config.max_residual,
+        )
+        self._filter = _Filter(
+            config.gate, config.radius_gate, config.velocity_gain, config.coasting_scans, period
+        )
         self.reset()
 
     def reset(self) -> None:
@@ -131,8 +140,8 @@ class MoverTracks:
         circles = circles_of(np.asarray(ranges, dtype=np.float64), self._bearings, eye, self._fit)
         self._tracks = _followed(self._tracks, circles, self._filter)
         tracks, config = self._tracks, self.config
-        is_moving = np.hypot(tracks[:, _VX], tracks[:, _VY]) >= config.slowest
-        found = tracks[is_moving & (tracks[:, _SEEN] >= config.confirmed)]
+        is_moving = np.hypot(tracks[:, _VX], tracks[:, _VY]) >= config.min_speed
+        found = tracks[is_moving & (tracks[:, _SEEN] >= config.confirmation_scans)]
         return TrackedMovers(found[:, : _Y + 1], found[:, _VX : _VY + 1], found[:, _RADIUS])
 
 
@@ -167,7 +176,7 @@ def circles_of(
     for i in range(first + 1, first + count + 1):
         if i < first + count and not _is_cut(i % count, points, ranges, fit):
             continue
-        if i - begin >= fit.hits and 0.0 < ranges[begin % count] < fit.within:
+        if i - begin >= fit.min_hits and 0.0 < ranges[begin % count] < fit.max_range:
             x, y, radius = _circle(begin, i, points, eye, fit)
             if radius > 0.0:
                 found[size] = x, y, radius
@@ -179,10 +188,10 @@ def circles_of(
 @kernel
 def _is_cut(i: int, points: NDArray[np.float64], ranges: NDArray[np.float64], fit: _Fit) -> bool:
     """Return True if a beam does not belong to what the beam before it met."""
-    if not (0.0 < ranges[i] < fit.within and 0.0 < ranges[i - 1] < fit.within):
+    if not (0.0 < ranges[i] < fit.max_range and 0.0 < ranges[i - 1] < fit.max_range):
         return True
     dx, dy = points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
-    return bool(dx * dx + dy * dy > fit.gap * fit.gap)
+    return bool(dx * dx + dy * dy > fit.cluster_gap * fit.cluster_gap)
 
 
 @kernel
@@ -222,7 +231,7 @@ def _circle(
     for i in range(begin, end):
         away = np.hypot(points[i % count, 0] - mx - u, points[i % count, 1] - my - v) - radius
         squares += away * away
-    if squares > n * fit.residual * fit.residual:
+    if squares > n * fit.max_residual * fit.max_residual:
         return 0.0, 0.0, 0.0
     return mx + u, my + v, radius
 
@@ -246,10 +255,10 @@ def _followed(
         nearest, which = law.gate, -1
         for c in range(len(circles)):
             away = np.hypot(circles[c, 0] - x, circles[c, 1] - y)
-            alike = abs(circles[c, 2] - track[_RADIUS]) < law.other_radius
+            alike = abs(circles[c, 2] - track[_RADIUS]) < law.radius_gate
             if not is_taken[c] and alike and away < nearest:
                 nearest, which = away, c
-        if which < 0 and track[_MISSED] >= law.coast:
+        if which < 0 and track[_MISSED] >= law.coasting_scans:
             continue
         new = found[size]
         size += 1
@@ -258,7 +267,7 @@ def _followed(
         if which >= 0:
             is_taken[which] = True
             seen = track[_SEEN]
-            share = max(1.0 / seen, law.gain) / ((track[_MISSED] + 1.0) * law.dt)
+            share = max(1.0 / seen, law.velocity_gain) / ((track[_MISSED] + 1.0) * law.dt)
             new[_VX] += share * (circles[which, 0] - x)
             new[_VY] += share * (circles[which, 1] - y)
             new[_X], new[_Y] = circles[which, 0], circles[which, 1]

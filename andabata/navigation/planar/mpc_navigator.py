@@ -45,10 +45,11 @@ class MpcNavigatorConfig(BaseModel):
         replan_every: Number of periods between two fields.
         stuck_time: Time without displacement after which the robot is stuck [s].
         stuck_radius: Displacement that is one [m].
-        daring: Share of its margin that a stuck robot gives up.
-        standing_time: Time without half of such a displacement after which ways backwards cost
+        recovery_risk: Share of its margin that a stuck robot gives up.
+        standing_time: Time without half of such a displacement after which driving backwards costs
             nothing [s].
-        way_out: Distance from the place where the robot stood from which on they cost again [m].
+        recovery_distance: Distance from the place where the robot stood beyond which driving
+            backwards costs again [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -62,9 +63,9 @@ class MpcNavigatorConfig(BaseModel):
     replan_every: int = Field(default=2, ge=1)
     stuck_time: float = Field(default=2.5, gt=0)
     stuck_radius: float = Field(default=0.25, gt=0)
-    daring: float = Field(default=1.0, ge=0, le=1)
+    recovery_risk: float = Field(default=1.0, ge=0, le=1)
     standing_time: float = Field(default=1.0, gt=0)
-    way_out: float = Field(default=0.4, ge=0)
+    recovery_distance: float = Field(default=0.4, ge=0)
 
     @model_validator(mode="after")
     def _check_times(self) -> Self:
@@ -227,9 +228,9 @@ class MpcNavigator:
         # A robot that stands has to back out, which must not end after the first step.
         if moved[-self._standing :].max() < config.stuck_radius / 2:
             self._stood = position
-        is_backing = math.dist(self._stood, position) < config.way_out
+        is_backing = math.dist(self._stood, position) < config.recovery_distance
         is_stuck = moved.max() < config.stuck_radius
-        return (config.daring if is_stuck else 0.0), (1.0 if is_backing else 0.0)
+        return (config.recovery_risk if is_stuck else 0.0), (1.0 if is_backing else 0.0)
 
 
 def _dynamics_of(vehicle: PlanarVehicleConfig) -> PlanarDynamics:

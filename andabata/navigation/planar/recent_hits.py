@@ -20,22 +20,22 @@ class RecentHitsConfig(BaseModel):
     """Settings of ``RecentHits``.
 
     Attributes:
-        within: Largest range of a hit [m].
-        scans: Number of older scans that are remembered.
-        way: Way between two of them [m].
-        turn: Turn between two of them [rad].
-        near: Largest distance of remembered hits from the robot that saw them [m].
-        thinning: Number of hits of which one is remembered.
+        max_range: Largest range of a hit [m].
+        keyframes: Number of older scans that are remembered.
+        keyframe_distance: Distance driven between two of them [m].
+        keyframe_angle: Turn between two of them [rad].
+        keyframe_range: Largest distance of remembered hits from the robot that saw them [m].
+        keyframe_stride: Number of hits of which one is remembered.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    within: float = Field(default=10.0, gt=0)
-    scans: int = Field(default=20, ge=0)
-    way: float = Field(default=0.10, gt=0)
-    turn: float = Field(default=0.20, gt=0)
-    near: float = Field(default=1.5, gt=0)
-    thinning: int = Field(default=3, ge=1)
+    max_range: float = Field(default=10.0, gt=0)
+    keyframes: int = Field(default=20, ge=0)
+    keyframe_distance: float = Field(default=0.10, gt=0)
+    keyframe_angle: float = Field(default=0.20, gt=0)
+    keyframe_range: float = Field(default=1.5, gt=0)
+    keyframe_stride: int = Field(default=3, ge=1)
 
 
 class RecentHits:
@@ -70,16 +70,16 @@ class RecentHits:
             readings: Measurements of this period.
         """
         config, pose = self.config, readings.odometry
-        seen = self._points.hits(readings.ranges, config.within)
+        seen = self._points.hits(readings.ranges, config.max_range)
         blind = [
             _behind(scan, *pose, self._origin, self._middle, self._half_field)
             for scan in self._scans
         ]
-        if config.scans and self._has_moved(pose):
-            near = seen[np.hypot(*seen.T) < config.near][:: config.thinning]
+        if config.keyframes and self._has_moved(pose):
+            near = seen[np.hypot(*seen.T) < config.keyframe_range][:: config.keyframe_stride]
             c, s = math.cos(pose.yaw), math.sin(pose.yaw)
             self._scans.append(near @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y))
-            self._scans = self._scans[-config.scans :]
+            self._scans = self._scans[-config.keyframes :]
             self._last = pose
         return np.vstack([seen, *blind])
 
@@ -89,7 +89,7 @@ class RecentHits:
             return True
         turned = abs(math.remainder(pose.yaw - self._last.yaw, math.tau))
         way = math.hypot(pose.x - self._last.x, pose.y - self._last.y)
-        return way > self.config.way or turned > self.config.turn
+        return way > self.config.keyframe_distance or turned > self.config.keyframe_angle
 
 
 @kernel

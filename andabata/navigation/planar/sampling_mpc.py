@@ -136,7 +136,7 @@ class SamplingMpc:
         field: TimeField,
         goal: NDArray[np.float64],
         rng: np.random.Generator,
-        daring: float = 0.0,
+        risk: float = 0.0,
         backing: float = 0.0,
     ) -> Twist:
         """Return the command of this period.
@@ -150,7 +150,7 @@ class SamplingMpc:
             field: Time to the goal.
             goal: Goal [m], shape (2,).
             rng: Source of randomness.
-            daring: Share of the margin that is given up, with as much more noise, for a robot that
+            risk: Share of the margin that is given up, with as much more noise, for a robot that
                 is stuck.
             backing: Share of the cost of ways backwards that is given up.
         """
@@ -158,15 +158,15 @@ class SamplingMpc:
         # The last plan, one period later; its end goes on.
         self.plan[:-1] = self.plan[1:].copy()
         noise = rng.standard_normal(self._noise)
-        noise[..., 0] *= config.speed_noise * (1.0 + daring)
-        noise[..., 1] *= config.yaw_noise * (1.0 + daring)
+        noise[..., 0] *= config.speed_noise * (1.0 + risk)
+        noise[..., 1] *= config.yaw_noise * (1.0 + risk)
         draw_commands(self.plan, self._fixed, noise, self._limits, self._commands)
         # What was commanded before and has no effect yet is driven in any case.
         late = Delayed(past, dynamics, self._period)
         start = before_effect(state, late)
         prices = Prices(
-            margin=config.margin.standing * (1.0 - daring),
-            margin_per_speed=config.margin.per_speed * (1.0 - daring),
+            margin=config.margin.standing * (1.0 - risk),
+            margin_per_speed=config.margin.per_speed * (1.0 - risk),
             margin_cost=config.margin_cost,
             contact_distance=config.contact_distance,
             contact_cost=config.contact_cost,

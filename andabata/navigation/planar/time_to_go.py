@@ -45,8 +45,8 @@ class TimeToGoConfig(BaseModel):
     Attributes:
         stride: Number of cells of the hits along the edge of a cell of the field.
         min_speed: Speed that is allowed however small the clearance [m/s].
-        toll: Extra time of a metre without any clearance [s/m]; it falls to none where the robot
-            that stands has its margin.
+        proximity_cost: Extra time of a metre without any clearance [s/m]; it falls to none where
+            the robot that stands has its margin.
         margin: Field is known wherever the time is no more than the robot's and this [s].
     """
 
@@ -54,7 +54,7 @@ class TimeToGoConfig(BaseModel):
 
     stride: int = Field(default=2, ge=1, le=8)
     min_speed: float = Field(default=0.3, gt=0)
-    toll: float = Field(default=40.0, ge=0)
+    proximity_cost: float = Field(default=40.0, ge=0)
     margin: float = Field(default=2.0, ge=0)
 
 
@@ -66,14 +66,14 @@ class SpeedLimits(NamedTuple):
         per_speed: Further clearance per speed [s].
         min_speed: Speed that is allowed however small the clearance [m/s].
         max_speed: Largest speed [m/s].
-        toll: Extra time of a metre without any clearance [s/m].
+        proximity_cost: Extra time of a metre without any clearance [s/m].
     """
 
     inscribed_radius: float
     per_speed: float
     min_speed: float
     max_speed: float
-    toll: float
+    proximity_cost: float
 
 
 class TimeField(NamedTuple):
@@ -122,7 +122,7 @@ class TimeToGo:
         self.costs = np.ones((n, n), dtype=np.float32)
         times = np.full((n, n), np.inf, dtype=np.float32)
         self.field = TimeField(times, np.zeros(2), edge, edge / limits.max_speed, np.zeros(1))
-        highest = limits.max_speed * (1.0 / limits.min_speed + limits.toll)
+        highest = limits.max_speed * (1.0 / limits.min_speed + limits.proximity_cost)
         self._search = search_for(self.costs, times, highest, 1.0)
 
     def update(
@@ -183,7 +183,7 @@ def _price(hits: NearestHits, stride: int, limits: SpeedLimits, costs: NDArray[n
                     squared = min(squared, away)
             clearance = min(np.sqrt(squared), hits.reach)
             time = 1.0 / allowed_speed(clearance, limits)
-            time += limits.toll * max(1.0 - clearance / limits.inscribed_radius, 0.0)
+            time += limits.proximity_cost * max(1.0 - clearance / limits.inscribed_radius, 0.0)
             costs[i, j] = max(time * limits.max_speed, 1.0)
 
 
@@ -207,4 +207,6 @@ def limits_of(
             f"got {config.min_speed} m/s; lower it"
         )
     inscribed = half_width + margin.standing
-    return SpeedLimits(inscribed, margin.per_speed, config.min_speed, max_speed, config.toll)
+    return SpeedLimits(
+        inscribed, margin.per_speed, config.min_speed, max_speed, config.proximity_cost
+    )

@@ -35,8 +35,8 @@ class RoomConfig(BaseModel):
     Attributes:
         task: Name of the kind of task.
         rooms: Names of the rooms; none where there are random ones.
-        favourite: Share of the episodes in the room that the difficulty names; the others have the
-            rest in equal parts (SPN: 0.7 and 0.1 each).
+        main_room_share: Share of the episodes in the room that the difficulty names; the others
+            have the rest in equal parts (SPN: 0.7 and 0.1 each).
         random_rooms: Number of random rooms beside the named ones, ``random-0`` and so on. Each
             episode draws one of them; a replay names rooms by their index, so they stay the same.
         random_kind: Kind of the random rooms.
@@ -70,7 +70,7 @@ class RoomConfig(BaseModel):
 
     task: str
     rooms: tuple[str, ...] = ()
-    favourite: float = Field(default=0.7, gt=0, le=1)
+    main_room_share: float = Field(default=0.7, gt=0, le=1)
     random_rooms: int = Field(default=0, ge=0, le=1000)
     random_kind: RandomKind = "random"
     random_share: float = Field(default=0.5, ge=0, le=1)
@@ -120,7 +120,7 @@ class RoomConfig(BaseModel):
         Without named rooms they are random ones of the same kind, which no pool holds.
         """
         rooms = self.rooms or tuple(f"{self.random_kind}-{seed}" for seed in _UNSEEN)
-        shares = {"rooms": rooms, "favourite": 1 / len(rooms), "random_rooms": 0}
+        shares = {"rooms": rooms, "main_room_share": 1 / len(rooms), "random_rooms": 0}
         return self.model_copy(update=shares | {"randomization": None})
 
     @property

@@ -76,7 +76,7 @@ class RoomVectorEnv(PlanarVectorEnv):
     see ``Contact``.
 
     ## Options of reset
-    ``{"difficulty": float}`` from 0 to 1 names the favourite room, ``{"room": int}`` the room;
+    ``{"difficulty": float}`` from 0 to 1 names the main room, ``{"room": int}`` the room;
     ``{"task": int}`` chooses a fixed task, ``{"drive": RoomTask}`` gives one for the room. Each may
     be a list with one value a robot.
 
@@ -179,8 +179,8 @@ class RoomVectorEnv(PlanarVectorEnv):
             return count + int(rng.integers(config.random_rooms))
         if difficulty is None or count == 1:
             return int(rng.integers(count))
-        shares = np.full(count, (1 - config.favourite) / (count - 1))
-        shares[round(difficulty * (count - 1))] = config.favourite
+        shares = np.full(count, (1 - config.main_room_share) / (count - 1))
+        shares[round(difficulty * (count - 1))] = config.main_room_share
         return int(rng.choice(count, p=shares))
 
     def _executed(

@@ -28,7 +28,7 @@ class DriveRules(BaseModel):
 
     Attributes:
         goal_radius: Distance below which the goal is reached [m].
-        begin: Distance from the start beyond which the clock runs [m].
+        clock_distance: Distance from the start beyond which the clock runs [m].
         time_limit: Longest time by the clock, and longest wait for it [s] (assumption for the
             wait).
     """
@@ -36,7 +36,7 @@ class DriveRules(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     goal_radius: float = Field(default=1.0, gt=0)
-    begin: float = Field(default=0.1, ge=0)
+    clock_distance: float = Field(default=0.1, ge=0)
     time_limit: float = Field(default=100.0, gt=0)
 
 
@@ -46,7 +46,7 @@ class DriveResult(NamedTuple):
     Attributes:
         outcome: Goal, collision or time-out.
         time: Time by the clock [s], 0 if it never ran.
-        left: Distance from the goal at the end [m].
+        goal_distance: Distance from the goal at the end [m].
         speed: Speed at the end [m/s].
         path: True pose after each control period, the start first: x, y [m], yaw [rad], shape
             (t, 3).
@@ -54,7 +54,7 @@ class DriveResult(NamedTuple):
 
     outcome: Outcome
     time: float
-    left: float
+    goal_distance: float
     speed: float
     path: NDArray[np.float64]
 
@@ -159,7 +159,7 @@ def drive_to_goal(
     path, begun, waited = [vehicle.pose], None, 0
     most = round(rules.time_limit / period)
     outcome = Outcome.COLLISION if vehicle.has_contact else None
-    left = math.dist(path[0][:2], task.goal)
+    goal_distance = math.dist(path[0][:2], task.goal)
     while outcome is None:
         readings = robot.read()
         command = navigator.act(readings)
@@ -167,16 +167,16 @@ def drive_to_goal(
             on_readings(readings, command)
         robot.step(command)
         path.append(vehicle.pose)
-        left = math.dist(path[-1][:2], task.goal)
+        goal_distance = math.dist(path[-1][:2], task.goal)
         # The period in which the robot leaves its start is the first one of the clock.
-        if begun is None and math.dist(path[-1][:2], path[0][:2]) > rules.begin:
+        if begun is None and math.dist(path[-1][:2], path[0][:2]) > rules.clock_distance:
             begun = waited
         waited += 1
         if vehicle.has_contact:
             outcome = Outcome.COLLISION
-        elif left < rules.goal_radius:
+        elif goal_distance < rules.goal_radius:
             outcome = Outcome.GOAL
         elif waited - (begun or 0) >= most:
             outcome = Outcome.TIMEOUT
     time = 0.0 if begun is None else (waited - begun) * period
-    return DriveResult(outcome, time, left, vehicle.velocity.linear, np.array(path))
+    return DriveResult(outcome, time, goal_distance, vehicle.velocity.linear, np.array(path))

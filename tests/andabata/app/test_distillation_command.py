@@ -7,7 +7,7 @@ from rl.policy import load_policy
 
 TINY = (
     *("policy", "distill", "--workers", "1", "--seed", "5"),
-    *("--set", "drives=[1]", "--set", "expert=[1.0]", "--set", "hidden=[8]"),
+    *("--set", "drives=[1]", "--set", "expert_shares=[1.0]", "--set", "hidden=[8]"),
     *("--set", "last_epochs=1", "--set", "driving.time_limit=0.3"),
 )
 

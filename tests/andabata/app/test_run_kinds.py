@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from rich.console import Console
 
 from andabata.app import run_kinds
 from andabata.app.cli import main
@@ -33,9 +34,45 @@ from andabata.training.plans import TASKS
 def test_every_function_of_the_registry_is_there(kind):
     """Each name of a line leads to a function; what is evaluated has tasks."""
     for part in ("report", "table", "evaluation", "view"):
-        if getattr(kind, part):
+        if ":" in getattr(kind, part):
             assert callable(kind.function(part))
     assert not kind.evaluation or kind.tasks
+
+
+def text_of(table):
+    """Return what a terminal of 100 columns shows."""
+    console = Console(width=100, record=True, file=None, quiet=False)
+    with console.capture() as capture:
+        console.print(table)
+    return capture.get()
+
+
+def shown(name, **data):
+    """Return what a terminal shows of a report's figures."""
+    (kind,) = (kind for kind in RUN_KINDS if kind.name == name)
+    return text_of(kind.shown(data))
+
+
+def test_rows_of_figures_are_the_rows_of_a_table():
+    """Values stand under the words of their keys."""
+    text = shown("clouds generate", splits=[{"split": "train", "points": 12.0}])
+    assert "points a cloud" in text
+    assert "train" in text
+    assert "12" in text
+    assert "Maze2D" in shown("train", tests=[{"stage": "Maze2D", "reached": 3}])
+    assert "gdae" in shown("train --task td3", groups=[{"plan": "gdae", "success": 0.5}])
+
+
+def test_rows_have_the_columns_that_a_terminal_has_room_for():
+    """Others of their figures are left to ``--json``."""
+    row = {"drive": "run", "goal": 1, "outcome": "goal", "time_s": 4.0, "distance_m": 2.0}
+    text = shown("drive", goals=[{**row, "spl": 0.9, "steering_variation": 0.123}])
+    assert "reached" in text
+    assert "0.90" in text
+    assert "0.123" not in text
+    text = shown("train --task spn", groups=[{"actor": "K = 20", "best_score": 3.8, "tasks": 16}])
+    assert "3.800" in text
+    assert "tasks" not in text
 
 
 def given(*changed):

@@ -12,6 +12,7 @@ from andabata.assembly.simulated_robot import (
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.kinematics import Twist
+from andabata.machine.reality import LEVELS
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
 from andabata.navigation.controller import Steering
@@ -197,3 +198,36 @@ def test_another_datum_changes_nothing_else():
     assert changed.sensing.geo_reference == datum
     assert FLAT.sensing.geo_reference != datum
     assert with_geo_reference(changed, FLAT.sensing.geo_reference) == FLAT
+
+
+def test_reality_moves_no_noise_of_ideal_sensors(make_robot):
+    """At another level a drive has the same start and noise; its compass errs in proportion."""
+    found, compass = [], []
+    for name in ("ideal", "field", "harsh"):
+        reality = LEVELS[name].model_copy(update={"imu_tilt_deg": 0.0})
+        config = SimulatedRobotConfig(plant="kinematic", reality=reality)
+        robot = make_robot(config, Models(), Steering(StubController(Twist(0.0, 0.0))))
+        readings = robot.place(Start(0.0, 0.0, 0.0), GOAL, np.random.default_rng(5))
+        believed = robot.navigator.start[0]
+        readings = robot.step(readings)
+        found.append(np.concatenate([believed.position, believed.quaternion, *readings.imu]))
+        compass.append(readings.mag[:, 1:])
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(found[0], found[2])
+    weak, strong = compass[1] - compass[0], compass[2] - compass[0]
+    np.testing.assert_allclose(strong, 2 * weak, rtol=1e-6)
+    assert np.abs(weak).max() > 1e-7
+
+
+def test_each_drive_has_a_robot_of_its_own(make_robot):
+    """True constants are a function of the drive's seed."""
+    config = SimulatedRobotConfig(plant="kinematic", reality=LEVELS["field"])
+    robot = make_robot(config, Models(), Steering(StubController(Twist(0.3, 0.0))))
+    ways = []
+    for seed in (1, 2, 1):
+        readings = robot.place(Start(0.0, 0.0, 0.0), GOAL, np.random.default_rng(seed))
+        for _ in range(10):
+            readings = robot.step(readings)
+        ways.append(readings.mag.tobytes())
+    assert ways[0] == ways[2]
+    assert ways[0] != ways[1]

@@ -52,6 +52,20 @@ def test_the_filter_is_better_than_single_sensors_on_a_drive(capsys):
     assert figures["heading_rms_deg"] < min(1.0, figures["compass_alone_rms_deg"])
 
 
+def test_a_level_of_reality_bends_the_compass(capsys):
+    """``--reality`` is that of the drives, and ``--set`` changes one of its numbers."""
+    words = ["bench", "localization", "--world", "maze", "--drives", "1", "--rides", "0", "--json"]
+    words += ["--workers", "1", "--set", "plant=kinematic"]
+    found = []
+    for more in (["--reality", "ideal"], ["--reality", "harsh", "--set", "reality.latency=0"]):
+        assert main([*words, *more]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    ideal, harsh = found
+    assert (ideal["reality"], harsh["reality"]) == ("ideal", "custom")
+    errors = [one["localization"]["compass_alone_rms_deg"] for one in found]
+    assert errors[1] != pytest.approx(errors[0], rel=0.2)  # One bends the other back, by chance.
+
+
 def test_rows_have_the_unit_that_ends_their_name():
     """Single sensors are subjects of their own."""
     rows = localization_rows(summarise_tracks([consistent(np.random.default_rng(0))]))

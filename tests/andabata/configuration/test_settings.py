@@ -1,7 +1,7 @@
 """Settings: files, overrides, and errors that name the field."""
 
 import pytest
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from andabata.configuration.settings import SettingsError, resolve
 
@@ -30,6 +30,21 @@ def test_overrides_win_over_the_file_and_the_file_over_the_defaults(tmp_path):
     file.write_text('name = "b"\n[inner]\nradius = 2.0\n')
     found = resolve(Outer, file, ["inner.radius=3", "presets=['y', 'z']"])
     assert found == Outer(inner=Inner(radius=3.0), name="b", presets=("y", "z"))
+
+
+def test_a_message_that_says_what_came_does_not_say_it_twice():
+    """A model's own message that ends with the value stays as it is."""
+
+    class Named(BaseModel):
+        name: str = "a"
+
+        @field_validator("name")
+        @classmethod
+        def _check(cls, name: str) -> str:
+            raise ValueError(f"expected 'a', got {name!r}")
+
+    with pytest.raises(SettingsError, match=r"^name: expected 'a', got 'b'$"):
+        resolve(Named, overrides=["name=b"])
 
 
 def test_a_plain_word_is_a_text():

@@ -52,7 +52,10 @@ def test_objects_are_forbidden_and_level_ground_is_not(scene):
 
 def test_varied_clouds_are_thinner_and_from_other_heights(scene):
     """A varied cloud has its share of points, and a wider blind cone from higher up."""
-    plain, varied = take(scene), take(scene, varied=1.0, kept=(0.3, 0.3), heights=(1.0, 1.0))
+    plain, varied = (
+        take(scene),
+        take(scene, varied_share=1.0, point_shares=(0.3, 0.3), lidar_heights=(1.0, 1.0)),
+    )
     assert 0.2 * len(plain) < len(varied) < 0.45 * len(plain)
     nearest = [np.hypot(*cloud.points[:, :2].T).min() for cloud in (plain, varied)]
     assert nearest[1] > nearest[0]  # The blind cone grows with the height.
@@ -62,13 +65,18 @@ def test_a_tilted_laser_sees_the_same_ground(make_scene):
     """Level ground stays level in the cloud, whatever the tilt of the laser."""
     scene = make_scene(size=40.0)
     start = Start(0.0, 0.0, 0.3)
-    exact = {"drift_sigma": (0.0, 0.0), "tilt_sigma": (0.0, 0.0), "still": 1.0}
+    exact = {"drift_sigma": (0.0, 0.0), "tilt_sigma": (0.0, 0.0), "standstill_share": 1.0}
     config = with_parts(CloudsConfig, "vlp-16").model_copy(
-        update={"varied": 1.0, "heights": (1.0, 1.0), "kept": (1.0, 1.0), **exact}
+        update={
+            "varied_share": 1.0,
+            "lidar_heights": (1.0, 1.0),
+            "point_shares": (1.0, 1.0),
+            **exact,
+        }
     )
     nearest = {}
     for tilt in (0.0, 0.1):
-        leaning = config.model_copy(update={"tilts": (tilt, tilt)})
+        leaning = config.model_copy(update={"lidar_tilts": (tilt, tilt)})
         cloud = labelled_cloud(scene, leaning, np.random.default_rng(1), start)
         assert np.abs(cloud.points[:, 2]).max() < 0.15  # Level, whichever way the laser leans.
         bearing = np.arctan2(cloud.points[:, 1], cloud.points[:, 0])
@@ -80,8 +88,14 @@ def test_a_tilted_laser_sees_the_same_ground(make_scene):
 
 def test_hidden_directions_take_points_away(scene):
     """Hidden directions take a part of the points, never all."""
-    whole = take(scene, varied=1.0, heights=(0.72, 0.72), kept=(1.0, 1.0))
-    part = take(scene, varied=1.0, heights=(0.72, 0.72), kept=(1.0, 1.0), hidden=64)
+    whole = take(scene, varied_share=1.0, lidar_heights=(0.72, 0.72), point_shares=(1.0, 1.0))
+    part = take(
+        scene,
+        varied_share=1.0,
+        lidar_heights=(0.72, 0.72),
+        point_shares=(1.0, 1.0),
+        max_hidden_directions=64,
+    )
     assert 0.2 * len(whole) < len(part) < len(whole)
 
 
@@ -90,7 +104,13 @@ def test_low_grass_and_litter_lift_points_along_their_beams(make_scene):
     scene, start = make_scene(size=40.0), Start(0.0, 0.0, 0.3)
     exact = {"drift_sigma": (0.0, 0.0), "tilt_sigma": (0.0, 0.0), "noise": (0.0, 0.0)}
     config = with_parts(CloudsConfig, "vlp-16").model_copy(
-        update={"varied": 1.0, "heights": (1.0, 1.0), "kept": (1.0, 1.0), "still": 1.0, **exact}
+        update={
+            "varied_share": 1.0,
+            "lidar_heights": (1.0, 1.0),
+            "point_shares": (1.0, 1.0),
+            "standstill_share": 1.0,
+            **exact,
+        }
     )
     covers = {"grass": (0.15, 0.15)}, {"litter": (0.02, 0.02)}
     for cover, highest, spread in zip(covers, (0.15, 0.12), (0.02, 0.01), strict=True):
@@ -129,7 +149,7 @@ def test_a_span_has_to_grow():
 def test_heights_are_bounded(heights):
     """Heights of the laser lie above 0 and within 5 m, in growing order."""
     with pytest.raises(ValueError, match="expected 0 < least <= most <= 5 m"):
-        CloudsConfig(heights=heights)
+        CloudsConfig(lidar_heights=heights)
 
 
 def test_the_generator_gives_the_cloud(scene):
@@ -146,18 +166,21 @@ def test_a_cloud_is_taken_where_something_is_near(scene):
     """The robot stands clear of forbidden ground, with some of it in reach, at any heading."""
     truth, yaws = scene.world.truth, []
     for seed in range(3):
-        config = SMALL.model_copy(update={"still": 1.0, "drift_sigma": (0.0, 0.0)})
+        config = SMALL.model_copy(update={"standstill_share": 1.0, "drift_sigma": (0.0, 0.0)})
         _, pose = take_cloud(scene, config, np.random.default_rng(seed))
         clearance = float(truth.clearance_at(*pose.position[:2]))
-        assert SMALL.room - 0.1 <= clearance <= SMALL.reach + 0.1
+        assert SMALL.min_hazard_distance - 0.1 <= clearance <= SMALL.max_hazard_distance + 0.1
         yaws.append(pose.yaw)
     assert np.ptp(yaws) > 0.1
 
 
 def test_without_such_a_place_there_is_no_cloud(make_scene):
     """Level ground without anything near is refused with the two settings to widen."""
-    config = SMALL.model_copy(update={"reach": 0.5, "room": 0.3})
-    with pytest.raises(ValueError, match=r"room, reach: expected a place 0\.3 to 0\.5 m"):
+    config = SMALL.model_copy(update={"max_hazard_distance": 0.5, "min_hazard_distance": 0.3})
+    with pytest.raises(
+        ValueError,
+        match=r"min_hazard_distance, max_hazard_distance: expected a place 0\.3 to 0\.5 m",
+    ):
         labelled_cloud(make_scene(size=40.0), config, np.random.default_rng(0))
 
 
@@ -169,7 +192,7 @@ def test_points_are_where_their_beams_ended(make_scene):
     ]
     scene = make_scene(objects=walls, size=40.0)
     exact = {"drift_sigma": (0.0, 0.0), "tilt_sigma": (0.0, 0.0), "noise": (0.0, 0.0)}
-    config = SMALL.model_copy(update={"still": 1.0, **exact})
+    config = SMALL.model_copy(update={"standstill_share": 1.0, **exact})
     cloud = labelled_cloud(scene, config, np.random.default_rng(0), Start(0.0, 0.0, 0.0))
     wall = cloud.points[cloud.classes == SemanticClass.WALL]
     ahead, left = wall[wall[:, 0] > 2.9], wall[wall[:, 1] > 1.9]
@@ -196,20 +219,20 @@ def test_difficulty_and_patch_are_those_of_the_settings():
 def test_clouds_are_plain_by_default():
     """Without settings no cloud is varied, hidden, tilted or covered."""
     config = CloudsConfig()
-    assert (config.varied, config.hidden) == (0.0, 0)
-    assert config.tilts == config.grass == config.litter == (0.0, 0.0)
+    assert (config.varied_share, config.max_hidden_directions) == (0.0, 0)
+    assert config.lidar_tilts == config.grass == config.litter == (0.0, 0.0)
     assert CloudsConfig.model_validate(config.model_dump()) == config
-    with pytest.raises(ValueError, match="hidden"):
-        CloudsConfig(hidden=-1)
+    with pytest.raises(ValueError, match="max_hidden_directions"):
+        CloudsConfig(max_hidden_directions=-1)
 
 
 def test_exact_clouds_have_no_noise(make_scene):
     """Level ground is level to the last digits, and every beam returns."""
     scene, start = make_scene(size=40.0), Start(0.0, 0.0, 0.3)
-    config = with_parts(CloudsConfig, "vlp-16").model_copy(update={"still": 1.0})
+    config = with_parts(CloudsConfig, "vlp-16").model_copy(update={"standstill_share": 1.0})
     noisy, exact = (
         labelled_cloud(
-            scene, config.model_copy(update={"exact": share}), np.random.default_rng(1), start
+            scene, config.model_copy(update={"exact_share": share}), np.random.default_rng(1), start
         )
         for share in (0.0, 1.0)
     )
@@ -221,9 +244,14 @@ def test_exact_clouds_have_no_noise(make_scene):
 def test_cover_lies_on_the_slope_of_the_ground(make_scene):
     """On a slope towards the robot's left, grass is no higher than on level ground."""
     scene, start = make_scene(lambda x, y: 0.15 * y, size=40.0), Start(0.0, 0.0, 0.0)
-    cover = {"varied": 1.0, "cover_share": 1.0, "grass": (0.1, 0.1), "kept": (1.0, 1.0)}
+    cover = {
+        "varied_share": 1.0,
+        "cover_share": 1.0,
+        "grass": (0.1, 0.1),
+        "point_shares": (1.0, 1.0),
+    }
     config = with_parts(CloudsConfig, "vlp-16").model_copy(
-        update={"still": 1.0, "exact": 1.0, "heights": (0.6, 0.6), **cover}
+        update={"standstill_share": 1.0, "exact_share": 1.0, "lidar_heights": (0.6, 0.6), **cover}
     )
     points = labelled_cloud(scene, config, np.random.default_rng(3), start).points
     near = np.hypot(points[:, 0], points[:, 1]) < 6

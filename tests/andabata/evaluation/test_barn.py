@@ -37,7 +37,7 @@ def test_every_controller_drives_every_world_as_often():
     seen = [(run.scenario, run.contender, run.repetition) for run in runs]
     names = [f"barn-{FIRST_JUDGING + k}" for k in range(3)]
     assert seen == [(w, c, t) for w in names for c in ("straight", "random") for t in (0, 1)]
-    assert len({run.detail.left for run in runs}) == len(runs)
+    assert len({run.detail.goal_distance for run in runs}) == len(runs)
     assert drive_all(BLIND) == runs
 
 

@@ -29,7 +29,7 @@ def test_policies_of_rooms_drive_towards_the_goal(name):
     (task,) = world.room.tasks
     robot = SimulatedPlanarRobot(world.room, task, VEHICLE, BARN_LIDAR, np.random.default_rng(0))
     result = drive_to_goal(made(name), robot, task, DriveRules(time_limit=6.0))
-    assert result.left < 9.0
+    assert result.goal_distance < 9.0
 
 
 def test_names_are_those_of_both_kinds():

@@ -229,3 +229,25 @@ def test_a_shortest_path_gives_its_spl_to_the_bit():
         assert replace(driven, shortest=found).spl == driven.spl
     assert shortest_of(1.0, 0.0) == 0.0
     assert np.isnan(shortest_of(0.0, 5.0))
+
+
+def test_disturbances_drive_the_same_worlds_and_change_no_other_drive():
+    """Each disturbance is one more contender; the undisturbed one drives as without them."""
+    plain = rows_of(small(), "straight", Models())
+    config = small(perturb={"latency": 0.3, "gnss_drift": 0.5})
+    found = run_comparison(OffroadComparison.of(config, Models()))
+    by_name = {arm.name: [a for a in found if a.contender == arm.name] for arm in config.arms}
+    assert [*by_name] == ["straight", "straight@latency=0.3", "straight@gnss_drift=0.5"]
+    assert by_name["straight"] == plain
+    seeds = [[each.detail.world_seed for each in some] for some in by_name.values()]
+    assert seeds[0] == seeds[1] == seeds[2]
+    late, blind = by_name["straight@latency=0.3"], by_name["straight@gnss_drift=0.5"]
+    for first, second, same in zip(plain, late, blind, strict=True):
+        assert second.distance < first.distance - 0.04
+        assert same.distance == first.distance  # With the true pose no fix is read.
+
+
+def test_disturbances_that_there_are_not_are_refused():
+    """A setting of an unknown disturbance names it."""
+    with pytest.raises(ValueError, match=r"perturb\.latenzy: .*did you mean latency"):
+        small(perturb={"latenzy": 0.1})

@@ -2,42 +2,8 @@
 
 import pytest
 
-from andabata.evaluation.offroad import attempt_of
 from andabata.evaluation.offroad_table import failure_causes, summarise
-
-
-def attempt(
-    trial,
-    goal,
-    outcome,
-    controller="straight",
-    spl=0.5,
-    cause="",
-    world="maze",
-    energy=20.0,
-    **changes,
-):
-    row = {
-        "controller": controller,
-        "trial": trial,
-        "world": world,
-        "world_seed": 1,
-        "difficulty": 0.5,
-        "goal": goal,
-        "goals": 3,
-        "outcome": outcome,
-        "cause": cause,
-        "time_s": 10.0,
-        "distance_m": 3.0,
-        "spl": spl,
-        "trespass_m": 1.0,
-        "steering_variation": 0.0,
-        "energy_j": 20.0,
-        "min_clearance_m": 0.2,
-        "end_xy": [0.0, 0.0],
-    }
-    return attempt_of(row | changes)
-
+from tests.support.offroad_attempts import attempt
 
 CONTROLLERS = ("straight",)
 ROWS = [

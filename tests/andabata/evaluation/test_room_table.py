@@ -5,7 +5,7 @@ import pytest
 
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.room_drives import RoomMeasures
-from andabata.evaluation.room_table import Cell, room_table, task_score
+from andabata.evaluation.room_table import Cell, over_rooms, room_table, task_score
 from andabata.evaluation.statistics import wilson_interval
 from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.terminations import Outcome
@@ -106,3 +106,14 @@ def test_policies_are_pooled_by_task():
     assert both["score"] == pytest.approx(2 * one["score"])
     assert both["wilson_low"] == pytest.approx(one["wilson_low"])
     assert set(both) == {*one, "policies"}
+
+
+def test_counts_of_all_rooms_together_add_up_by_policy_laser_and_memory():
+    """Ends are counted over both rooms; another policy has a row of its own."""
+    rows = room_table([*drives(), *drives(room="spn-env1")], [("a",)]).rows
+    both, other = over_rooms([*rows, row_of(drives("b"))])
+    names = ("policy", "lidar", "memory", "trials", "successes", "collisions", "timeouts")
+    assert [both[name] for name in names] == ["a", "ten-beams", "map", 8, 4, 2, 2]
+    assert [other[name] for name in names] == ["b", "ten-beams", "map", 4, 2, 1, 1]
+    ends = (both["wilson_low"], both["wilson_high"])
+    assert (both["success_rate"], ends) == (0.5, wilson_interval(4, 8))

@@ -5,6 +5,7 @@ import pytest
 
 from andabata.evaluation.statistics import (
     clustered_interval,
+    clustered_mean,
     group_difference,
     mcnemar,
     paired_bootstrap,
@@ -71,6 +72,18 @@ def test_tasks_that_all_end_alike_count_once():
     """All successes of several policies have the interval of one policy's."""
     assert clustered_interval(np.ones((5, 20), dtype=bool)) == wilson_interval(20, 20)
     assert clustered_interval(np.zeros((5, 20), dtype=bool)) == wilson_interval(0, 20)
+
+
+def test_known_means_of_tasks():
+    """Trials of a task count as one: Student's interval of three tasks, and none of one."""
+    found = clustered_mean(np.array([[0.0, 1.5, 3.0], [2.0, 2.5, 3.0]]))
+    reach = 4.302653 * 1.0 / np.sqrt(3)  # The quantile of two degrees of freedom.
+    assert found == pytest.approx((2.0, 2.0 - reach, 2.0 + reach), abs=1e-6)
+    narrow = clustered_mean(np.array([[1.0, 2.0, 3.0]]), level=0.9)
+    assert narrow.high - 2.0 == pytest.approx(2.919986 / np.sqrt(3), abs=1e-6)
+    assert clustered_mean(np.array([[1.0], [2.0]])) == (1.5, None, None)
+    with pytest.raises(ValueError, match=r"expected trials x tasks, got shape \(0, 3\)"):
+        clustered_mean(np.empty((0, 3)))
 
 
 def test_known_paired_differences():

@@ -6,6 +6,7 @@ import pytest
 from andabata.machine.beams import BeamTables, place_beams
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
 from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.reality import TrueConstants
 from andabata.machine.robot import RobotModel
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from terrain.classes import SemanticClass
@@ -270,3 +271,77 @@ def test_sweeps_of_adjacent_spans_follow_each_other(make_scene):
     lidar = RotatingLidar(make_scene().rays, EXACT, ROBOT, np.random.default_rng(0))
     stamps = [lidar.sweeps(k / 10, (k + 1) / 10, track).stamps for k in range(5)]
     np.testing.assert_allclose(np.concatenate(stamps), np.arange(20) / 40)
+
+
+def swept(scene, constants=None, track=None, config=EXACT, span=(0.0, 1.0)):
+    """Return the sweeps of a second by a laser with some true constants."""
+    lidar = RotatingLidar(scene.rays, config, ROBOT, np.random.default_rng(0))
+    if constants is not None:
+        lidar.reset(constants)
+    return lidar.sweeps(*span, track or moving_track())
+
+
+def test_a_bias_is_common_to_a_sweep_and_independent_from_sweep_to_sweep(make_scene):
+    """Ranges of a sweep are wrong alike; sweeps have the configured spread."""
+    scene = make_scene()
+    true, found = swept(scene), swept(scene, TrueConstants(range_bias=0.02))
+    hit = np.isfinite(true.ranges)
+    errors = np.full(hit.shape, np.nan)
+    errors[hit] = found.ranges[hit] - true.ranges[hit]
+    assert np.nanstd(errors, axis=1).max() < 1e-5
+    biases = np.nanmean(errors, axis=1)
+    assert np.std(biases) == pytest.approx(0.02, rel=0.35)
+    assert abs(np.corrcoef(biases[:-1], biases[1:])[0, 1]) < 0.4
+    np.testing.assert_array_equal(np.isfinite(found.ranges), hit)
+
+
+def test_ranges_are_off_by_their_scale(make_scene):
+    """A laser that measures 1 % too much does so at every range."""
+    scene = make_scene()
+    true, found = swept(scene), swept(scene, TrueConstants(range_scale=0.01))
+    hit = np.isfinite(true.ranges)
+    np.testing.assert_allclose(found.ranges[hit], 1.01 * true.ranges[hit], rtol=1e-6)
+
+
+def test_white_noise_of_ranges_adds_in_squares(make_scene):
+    """3 cm of the laser's own and 4 cm more are 5 cm."""
+    scene, own = make_scene(), EXACT.model_copy(update={"noise": 0.03})
+    true, found = swept(scene), swept(scene, TrueConstants(range_noise=0.04), config=own)
+    hit = np.isfinite(true.ranges) & np.isfinite(found.ranges)
+    assert (found.ranges[hit] - true.ranges[hit]).std() == pytest.approx(0.05, rel=0.03)
+
+
+def test_late_stamps_are_those_of_earlier_beams(make_scene):
+    """A laser 20 ms late sees from where the robot was 20 ms before; stamps are as ever."""
+    wall = box(SemanticClass.WALL, (6.0, 0.0, 1.0), (0.4, 16.0, 2.0))
+    scene, track = make_scene(objects=[wall]), moving_track(speed=1.0)
+    true, late = swept(scene, track=track), swept(scene, TrueConstants(laser_clock=0.02), track)
+    np.testing.assert_array_equal(true.stamps, late.stamps)
+    np.testing.assert_array_equal(true.head_angles, late.head_angles)
+    # The first sweeps of a head that begins forward: level beams meet the wall ahead.
+    level = [int(np.abs(true.elevations - np.pi / 2).argmin())]
+    on_wall = true.classes[2:8, level] == SemanticClass.WALL
+    assert on_wall.any()
+    gain = late.ranges[2:8, level][on_wall] - true.ranges[2:8, level][on_wall]
+    np.testing.assert_allclose(gain, 0.02, rtol=0.05)
+
+
+def test_a_laser_mounted_higher_sees_the_ground_further_away(make_scene):
+    """Ranges to flat ground grow in the ratio of the heights."""
+    scene = make_scene()
+    true, high = swept(scene), swept(scene, TrueConstants(laser_height=0.072))
+    near = np.isfinite(true.ranges) & (true.ranges < 3.0)
+    np.testing.assert_allclose(high.ranges[near], 1.1 * true.ranges[near], rtol=1e-4)
+
+
+def test_a_reset_without_differences_is_the_laser_as_built(make_scene):
+    """Constants of one drive do not stay for the next."""
+    scene = make_scene()
+    lidar = RotatingLidar(scene.rays, LidarConfig(), ROBOT, np.random.default_rng(3))
+    lidar.reset(TrueConstants(range_bias=0.1, range_scale=0.01, laser_height=0.1, laser_clock=0.1))
+    lidar.reset(TrueConstants(seed=4))
+    other = RotatingLidar(scene.rays, LidarConfig(), ROBOT, np.random.default_rng(3))
+    track = moving_track(0.3, 0.2)
+    np.testing.assert_array_equal(
+        lidar.sweeps(0.5, 1.0, track).ranges, other.sweeps(0.5, 1.0, track).ranges
+    )

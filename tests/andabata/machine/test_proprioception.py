@@ -5,17 +5,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from andabata.machine.geo_reference import GeoReference
+from andabata.machine.gnss_receiver import GnssConfig
 from andabata.machine.proprioception import (
     GRAVITY,
     CompassConfig,
     EncoderConfig,
-    GnssConfig,
     ImuConfig,
     Proprioception,
     ProprioceptionConfig,
 )
-from terrain.classes import SemanticClass
-from terrain.objects import frustum
+from andabata.machine.reality import AS_BELIEVED, TrueConstants
+from andabata.machine.robot import RobotModel
 
 PERFECT = ProprioceptionConfig(
     imu=ImuConfig(
@@ -47,12 +47,14 @@ def poses(seconds=2.0, yaw_rate=0.0, speed=0.0, roll=0.0, pitch=0.0, wheels=(3.0
     return rows
 
 
-def sampled(config=PERFECT, objects=(), seed=0, **motion):
+def sampled(config=PERFECT, seed=0, constants=AS_BELIEVED, **motion):
     """Return the true rows of a motion and all readings of it."""
     rows = poses(**motion)
-    sensors = Proprioception(config, GeoReference(), objects)
+    sensors = Proprioception(config, GeoReference(), (), RobotModel())
     start = Rotation.from_euler("ZYX", [0, motion.get("pitch", 0.0), motion.get("roll", 0.0)])
-    sensors.reset(np.concatenate([np.zeros(3), start.as_quat()]), np.random.default_rng(seed))
+    sensors.reset(
+        np.concatenate([np.zeros(3), start.as_quat()]), np.random.default_rng(seed), constants
+    )
     parts = [sensors.sample(rows[k : k + 10]) for k in range(0, len(rows), 10)]
     return rows, [np.concatenate(column) for column in zip(*parts, strict=True)]
 
@@ -96,46 +98,6 @@ def test_coarse_encoders_lose_nothing_in_the_long_run():
     assert encoders[:, 1].mean() == pytest.approx(1.0, abs=0.01)
 
 
-def test_fixes_are_of_whole_seconds_and_arrive_late():
-    """Fixes have the position of their own whole second."""
-    rows, (_, _, _, fixes) = sampled(seconds=5.5, speed=1.0)
-    np.testing.assert_allclose(fixes[:, 0], [1, 2, 3, 4, 5], atol=1e-9)
-    places = GeoReference().to_map(fixes[:, 1:4])
-    np.testing.assert_allclose(places, rows[[99, 199, 299, 399, 499], 1:4], atol=1e-4)
-
-
-def found(fixes):
-    """Return the valid fixes, without the rows in which the receiver reports none."""
-    np.testing.assert_array_equal(np.isnan(fixes[:, 1]), np.isinf(fixes[:, 4]))
-    return fixes[np.isfinite(fixes[:, 4])]
-
-
-def test_the_error_of_fixes_is_a_metre_in_the_open():
-    """The horizontal error in the open is a metre, and few fixes are lost."""
-    _, (_, _, _, fixes) = sampled(
-        ProprioceptionConfig(gnss=GnssConfig(multipath_rate=0)), seconds=900.0
-    )
-    assert len(fixes) == 899  # The last one is on its way.
-    fixes = found(fixes)
-    error = GeoReference().to_map(fixes[:, 1:4])[:, :2]
-    assert np.sqrt((error**2).sum(axis=1).mean()) == pytest.approx(1.0, abs=0.1)
-    assert 0.002 < 1 - len(fixes) / 900 < 0.03
-
-
-def test_trees_shade_the_receiver():
-    """Near a tree more fixes are lost and more lie far off."""
-    tree = frustum(SemanticClass.TRUNK, (1.0, 0.0, 0.0), (0.2, 0.2), 3.0)
-    config = ProprioceptionConfig(gnss=GnssConfig(dropout=0.05, multipath_rate=0.02))
-    _, (_, _, _, clear) = sampled(config, seconds=900.0)
-    _, (_, _, _, shaded) = sampled(config, objects=(tree,), seconds=900.0)
-    clear, shaded = found(clear), found(shaded)
-    assert len(shaded) < 0.85 * len(clear)
-    far = [
-        (np.hypot(*GeoReference().to_map(f[:, 1:4])[:, :2].T) > 4).mean() for f in (clear, shaded)
-    ]
-    assert far[1] > 2 * far[0]
-
-
 def test_biases_are_drawn_once_and_walk_slowly():
     """Turn-on biases are there and hardly change in a minute."""
     _, (imu, _, _, _) = sampled(ProprioceptionConfig(), seconds=60.0)
@@ -168,7 +130,7 @@ def test_the_gyro_reads_the_rotation_of_its_own_tick():
     """A rotation that begins at one tick is in the reading of that tick, not of the next."""
     rows = poses(seconds=0.2)
     rows[10:, 4:8] = Rotation.from_euler("z", 0.01).as_quat()
-    sensors = Proprioception(PERFECT, GeoReference(), ())
+    sensors = Proprioception(PERFECT, GeoReference(), (), RobotModel())
     sensors.reset(np.array([0, 0, 0, 0, 0, 0, 1.0]), np.random.default_rng(0))
     imu = np.concatenate([sensors.sample(rows[:10]).imu, sensors.sample(rows[10:]).imu])
     expected = np.zeros(20)
@@ -176,20 +138,11 @@ def test_the_gyro_reads_the_rotation_of_its_own_tick():
     np.testing.assert_allclose(imu[:, 3], expected, atol=1e-9)
 
 
-def test_a_fix_arrives_after_its_latency_and_not_before():
-    """A fix of second 1 with a latency of 0.15 s comes with the period that ends at 1.2 s."""
-    rows = poses(seconds=2.0)
-    sensors = Proprioception(PERFECT, GeoReference(), ())
-    sensors.reset(np.array([0, 0, 0, 0, 0, 0, 1.0]), np.random.default_rng(0))
-    counts = [len(sensors.sample(rows[k : k + 10]).gnss) for k in range(0, 200, 10)]
-    assert counts == [0] * 11 + [1] + [0] * 8
-
-
 def test_a_robot_in_free_fall_measures_no_force():
     """Gravity points down: an acceleration of -g upwards cancels the reading."""
     rows = poses(seconds=1.0)
     rows[:, 3] = -0.5 * GRAVITY * rows[:, 0] ** 2
-    sensors = Proprioception(PERFECT, GeoReference(), ())
+    sensors = Proprioception(PERFECT, GeoReference(), (), RobotModel())
     sensors.reset(np.array([0, 0, 0, 0, 0, 0, 1.0]), np.random.default_rng(0))
     imu = sensors.sample(rows).imu
     np.testing.assert_allclose(imu[5:, 4:7], 0, atol=1e-6)
@@ -209,56 +162,72 @@ def test_the_hard_iron_stays_with_the_robot():
     assert abs(np.mean(offsets)) < 0.5
 
 
-def fix_errors(gnss, seconds=3000.0):
-    """Return the horizontal errors of one fix per second of a robot at rest [m], shape (k, 2)."""
-    _, (_, _, _, fixes) = sampled(ProprioceptionConfig(gnss=gnss), seconds=seconds)
-    return GeoReference().to_map(fixes[:, 1:4])[:, :2]
-
-
-def test_the_correlated_error_of_fixes_has_its_spread_and_its_correlation_time():
-    """Without white noise the error is a Gauss-Markov process of the configured numbers."""
-    gnss = GnssConfig(
-        noise=0, correlated_error=0.5, correlation_time=10.0, dropout=0, multipath_rate=0
-    )
-    error = fix_errors(gnss)
-    assert error.std() == pytest.approx(0.5, rel=0.2)
-    for lag in (1, 5):
-        expected = np.exp(-lag / 10.0)
-        for axis in error.T:
-            assert np.corrcoef(axis[:-lag], axis[lag:])[0, 1] == pytest.approx(expected, abs=0.12)
-
-
-def test_the_white_noise_of_fixes_is_independent():
-    """Without correlated error neighbouring errors are independent, of the configured spread."""
-    gnss = GnssConfig(noise=0.6, correlated_error=0, dropout=0, multipath_rate=0)
-    error = fix_errors(gnss)
-    assert error.std() == pytest.approx(0.6, rel=0.05)
-    assert abs(np.corrcoef(error[:-1, 0], error[1:, 0])[0, 1]) < 0.06
-
-
-def test_multipath_is_an_offset_that_lasts_its_mean_time():
-    """Multipath shifts fixes by a constant for some seconds, and then they are right again."""
-    gnss = GnssConfig(noise=0, correlated_error=0, dropout=0, multipath_rate=0.1, multipath_time=5)
-    error = fix_errors(gnss)
-    off = np.hypot(*error.T) > 1e-3
-    assert off.mean() == pytest.approx(0.1 * 5 / (1 + 0.1 * 5), abs=0.08)
-    begins = np.flatnonzero(off[1:] & ~off[:-1]) + 1
-    spans = [int(np.argmin(off[b:])) or len(off) - b for b in begins]
-    assert np.mean(spans) == pytest.approx(5.0, rel=0.25)
-    both = off[1:] & off[:-1]
-    np.testing.assert_allclose(error[1:][both], error[:-1][both], atol=1e-3)
-
-
-def test_a_receiver_reports_its_variance_without_multipath():
-    """The reported variance is that of white and correlated error together."""
-    gnss = GnssConfig(dropout=0)
-    _, (_, _, _, fixes) = sampled(ProprioceptionConfig(gnss=gnss), seconds=20.0)
-    np.testing.assert_allclose(fixes[:, 4], gnss.noise**2 + gnss.correlated_error**2)
-
-
 def test_noise_densities_become_the_noise_of_a_tick():
     """White noise of a tick is the density divided by the root of the tick."""
     imu = ImuConfig(gyro_bias=0, gyro_walk=0, acceleration_bias=0, acceleration_walk=0)
     _, (inertial, _, _, _) = sampled(PERFECT.model_copy(update={"imu": imu}), seconds=60.0)
     assert inertial[:, 1:4].std() == pytest.approx(imu.gyro_noise * 10, rel=0.05)
     assert inertial[5:, 4:6].std() == pytest.approx(imu.acceleration_noise * 10, rel=0.05)
+
+
+def headings(mag):
+    """Return the heading that each reading of a level robot means [rad]."""
+    return np.arctan2(mag[:, 1], mag[:, 2]) - np.deg2rad(GeoReference().declination_deg)
+
+
+def test_soft_iron_stretches_the_field_and_errs_twice_a_turn():
+    """A compass stretched by 6 % along the body errs by 0.03 sin(2 heading), at most 1.7 deg."""
+    stretched = TrueConstants(soft_iron=((0.06, 0.0, 0.0), (0.0,) * 3, (0.0,) * 3))
+    _, (_, _, mag, _) = sampled(yaw_rate=np.pi / 2, seconds=4.0, constants=stretched)
+    _, (_, _, exact, _) = sampled(yaw_rate=np.pi / 2, seconds=4.0)
+    np.testing.assert_allclose(mag[:, 1], 1.06 * exact[:, 1])
+    np.testing.assert_array_equal(mag[:, 2:], exact[:, 2:])
+    error, twice = headings(mag) - headings(exact), np.sin(2 * headings(exact))
+    error = (error + np.pi) % (2 * np.pi) - np.pi
+    np.testing.assert_allclose(error, 0.03 * twice, atol=1.5e-3)
+
+
+def test_soft_iron_mixes_axes_by_rows():
+    """An element of row a and column b adds the field along b to the reading along a."""
+    mixed = TrueConstants(soft_iron=((0.0, 0.0, 0.1), (0.0,) * 3, (0.0,) * 3))
+    _, (_, _, mag, _) = sampled(seconds=0.2, constants=mixed)
+    _, (_, _, exact, _) = sampled(seconds=0.2)
+    np.testing.assert_allclose(mag[:, 1] - exact[:, 1], 0.1 * exact[:, 3])
+
+
+@pytest.mark.parametrize(("wheels", "share"), [((0.0, 0.0), 0.0), ((3.0, -3.0), 1), ((9, 9), 1)])
+def test_the_motors_field_grows_with_the_wheels_speed_up_to_cruising(wheels, share):
+    """Wheels at rest have no field, those at cruising speed and beyond all of it."""
+    motors = TrueConstants(motor_field=(1.0, -2.0, 0.5))
+    _, (_, _, mag, _) = sampled(seconds=0.2, wheels=wheels, constants=motors)
+    _, (_, _, exact, _) = sampled(seconds=0.2, wheels=wheels)
+    found = (mag[:, 1:] - exact[:, 1:]) * 1e6
+    np.testing.assert_allclose(found, share * np.tile([1.0, -2.0, 0.5], (20, 1)), atol=1e-9)
+
+
+def test_half_the_cruising_speed_has_half_the_field():
+    """The field is proportional to the mean speed of both sides, whatever their directions."""
+    motors = TrueConstants(motor_field=(1.0, 0.0, 0.0))
+    _, (_, _, mag, _) = sampled(seconds=0.1, wheels=(-1.0, 2.0), constants=motors)
+    _, (_, _, exact, _) = sampled(seconds=0.1, wheels=(-1.0, 2.0))
+    np.testing.assert_allclose((mag[:, 1] - exact[:, 1]) * 1e6, 0.5, atol=1e-9)
+
+
+def test_a_tilted_inertial_unit_reads_gravity_and_turns_in_its_own_axes():
+    """Nose down by 0.1 rad, a level robot's unit reads gravity forward and a turn as a roll."""
+    tilted = TrueConstants(imu_tilt=(0.0, 0.1, 0.0))
+    _, (imu, _, _, _) = sampled(yaw_rate=0.4, constants=tilted)
+    force = [-GRAVITY * np.sin(0.1), 0.0, GRAVITY * np.cos(0.1)]
+    np.testing.assert_allclose(imu[5:, 4:], np.tile(force, (len(imu) - 5, 1)), atol=1e-6)
+    np.testing.assert_allclose(imu[:, 1], -0.4 * np.sin(0.1), atol=1e-9)
+    np.testing.assert_allclose(imu[:, 3], 0.4 * np.cos(0.1), atol=1e-9)
+
+
+def test_true_constants_move_no_noise():
+    """What differs of compass and inertial unit leaves the noise of all sensors as it is."""
+    config, motors = ProprioceptionConfig(), TrueConstants(motor_field=(1.0, 0.0, 0.0))
+    _, ideal = sampled(config, seconds=3.0)
+    _, real = sampled(config, seconds=3.0, constants=motors)
+    for k in (0, 1, 3):
+        np.testing.assert_array_equal(ideal[k], real[k])
+    np.testing.assert_allclose((real[2] - ideal[2])[:, 1] * 1e6, 1.0, atol=1e-9)

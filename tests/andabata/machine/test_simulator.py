@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.machine.clock import CONTROL_PERIOD, TICK_HZ, TICKS_PER_STEP
+from andabata.machine.reality import LEVELS, TrueConstants
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.simulator import SensingConfig, Simulator
@@ -83,3 +84,53 @@ def test_without_proprioception_there_is_none(make_scene):
     assert readings.imu is None
     assert readings.gnss is None
     assert readings.horizontal is not None
+
+
+def mean_speeds(make_scene, **constants):
+    """Return the body's true mean speed [m/s] and the encoders' [rad/s] in the second second."""
+    robot = simulator(make_scene(), scanner="horizontal")
+    robot.reset(Start(0.0, 0.0, 0.0), TrueConstants(**constants))
+    readings = [robot.step(FORWARD) for _ in range(20)][10:]
+    track = np.concatenate([one.true_track for one in readings])
+    way = float(np.hypot(*(track[-1] - track[0])[1:3])) / (track[-1, 0] - track[0, 0])
+    return way, np.concatenate([one.encoders for one in readings])[:, 1:].mean()
+
+
+def test_larger_wheels_drive_further_than_the_encoders_say(make_scene):
+    """With a radius 3 % larger the body is 3 % faster at the same speed of the wheels."""
+    (true, turned), (faster, same) = (
+        mean_speeds(make_scene),
+        mean_speeds(make_scene, wheel_radius=0.03),
+    )
+    assert faster / true == pytest.approx(1.03, abs=1e-3)
+    assert same == pytest.approx(turned, abs=2e-3)
+
+
+def test_commands_act_late(make_scene):
+    """With 200 ms of latency the wheels stand for two periods."""
+    robot = simulator(make_scene(), scanner="horizontal")
+    robot.reset(Start(0.0, 0.0, 0.0), TrueConstants(latency=0.2))
+    speeds = [robot.step(FORWARD).encoders[:, 1].mean() for _ in range(4)]
+    np.testing.assert_allclose(speeds, [0, 0, 3, 3], atol=0.1)
+
+
+def test_a_leaning_mast_leans_the_cloud(make_scene):
+    """A laser that is pitched down by 0.05 rad sees the ground ahead nearer, behind further."""
+    level, leaning = (simulator(make_scene()) for _ in range(2))
+    level.reset(Start(0.0, 0.0, 0.0))
+    leaning.reset(Start(0.0, 0.0, 0.0), TrueConstants(laser_tilt=(0.0, 0.05)))
+    one, two = (robot.step(WheelSpeeds(0.0, 0.0)).sweeps for robot in (level, leaning))
+    both = np.isfinite(one.ranges[0]) & np.isfinite(two.ranges[0])
+    ahead, behind = both & (one.elevations > 1.8), both & (one.elevations < -1.8)
+    assert (one.ranges[0, ahead] - two.ranges[0, ahead]).mean() > 0.05
+    assert (one.ranges[0, behind] - two.ranges[0, behind]).mean() < -0.05
+
+
+def test_the_horizontal_scanner_and_the_truth_have_no_mounting_errors(make_scene):
+    """True poses are the body's, not those of its laser."""
+    constants = LEVELS["harsh"].draw(np.random.default_rng(0))
+    robot = simulator(make_scene(), scanner="horizontal")
+    robot.reset(Start(0.0, 0.0, 0.3), constants)
+    readings = robot.step(FORWARD)
+    np.testing.assert_array_equal(readings.true_track[-1, 4:], readings.truth.pose.quaternion)
+    assert np.abs(readings.true_track[:, 4:6]).max() < 1e-9

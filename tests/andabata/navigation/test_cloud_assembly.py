@@ -282,7 +282,7 @@ def frame(stamp, points, name="base_footprint"):
 
 def test_frames_are_gathered_for_their_span():
     """The cloud is replaced when the gathered frames cover the span, by all of them."""
-    made, track, sizes = assembler(span=1.0), standing(), []
+    made, track, sizes = assembler(accumulation_time=1.0), standing(), []
     for stamp in (0.0, 0.4, 0.8, 1.0, 1.2, 1.6, 2.2):
         made.add_frame(frame(stamp, [2.0, 0.0, 0.0]), track)
         sizes.append(0 if made.cloud is None else len(made.cloud))
@@ -293,11 +293,11 @@ def test_frames_are_gathered_for_their_span():
 
 def test_frames_after_a_long_gap_begin_anew():
     """What was gathered before a silence of span and stale together is left out."""
-    made, track = assembler(span=1.0, stale=5.0), standing()
+    made, track = assembler(accumulation_time=1.0, max_age=5.0), standing()
     for stamp in (0.0, 6.1, 7.2):
         made.add_frame(frame(stamp, [2.0, 0.0, 0.0]), track)
     np.testing.assert_allclose(made.cloud.stamps, [6.1, 7.2])
-    made = assembler(span=1.0, stale=5.0)
+    made = assembler(accumulation_time=1.0, max_age=5.0)
     for stamp in (0.0, 5.9):
         made.add_frame(frame(stamp, [2.0, 0.0, 0.0]), track)
     assert len(made.cloud) == 2

@@ -40,6 +40,28 @@ def replay(capsys, tmp_path):
     return run
 
 
+@pytest.fixture(scope="module")
+def results():
+    """Results of sound drives, once a test has asked."""
+    return {}
+
+
+@pytest.fixture
+def plain(replay, rows, results):
+    """Result of the drive itself."""
+    if "plain" not in results:
+        results["plain"] = replay(rows)[1]
+    return results["plain"]
+
+
+@pytest.fixture
+def plain_joints(replay, rows, results):
+    """Result of the drive with joint states for wheel speeds."""
+    if "joints" not in results:
+        results["joints"] = replay(with_joints(rows), *JOINTS)[1]
+    return results["joints"]
+
+
 def outcome(data):
     """Return what the navigator made of a recording."""
     return data["scans"], data["unknown_share"], data["counts"]
@@ -81,12 +103,11 @@ def joints(stamp_ns, header, names, positions, velocities):
 @pytest.mark.parametrize(
     "signs", [(1, 1, 1, 1), (1, 1, -1, -1), (-1, -1, 1, 1), (-1, -1, -1, -1), (1, -1, 1, 1)]
 )
-def test_wheels_that_turn_backwards_are_reversed(replay, rows, signs):
+def test_wheels_that_turn_backwards_are_reversed(replay, rows, plain_joints, signs):
     """A side, both sides or one joint: the drive is the same, and it is said."""
-    _, plain, _ = replay(with_joints(rows), *JOINTS)
     code, data, _ = replay(with_joints(rows, signs), *JOINTS)
     assert code == 0
-    assert outcome(data) == outcome(plain)
+    assert outcome(data) == outcome(plain_joints)
     assert data["health"] == {"ok": data["periods"]}
     assert ("reversed" in " ".join(data["remark_texts"])) == (min(signs) < 0)
 
@@ -128,9 +149,8 @@ def test_wheel_speeds_of_zero_in_between_are_left_out(replay, rows):
 
 
 @pytest.mark.parametrize("size", [4, 10, 25])
-def test_bursts_of_an_imu_are_spread(replay, rows, size):
+def test_bursts_of_an_imu_are_spread(replay, rows, plain, size):
     """Readings that arrive together are put back to their times, and it is said."""
-    _, plain, _ = replay(rows)
 
     def arrived(row, k):
         late = (size - 1 - k % size) * (NS // 100 - NS // 10_000)
@@ -152,9 +172,8 @@ def negated(row, _):
     return replace(row, content=replace(row.content, linear_acceleration=force))
 
 
-def test_accelerations_of_the_wrong_sign_are_reversed(replay, rows):
+def test_accelerations_of_the_wrong_sign_are_reversed(replay, rows, plain):
     """The gyro agrees with the wheels only about the other vertical; the option says the same."""
-    _, plain, _ = replay(rows)
     wrong = edited(rows, "/imu", negated)
     code, data, _ = replay(wrong)
     assert code == 0
@@ -178,9 +197,8 @@ def test_without_a_turn_both_causes_of_a_force_downwards_are_named(replay):
     assert outcome(data) == outcome(plain)
 
 
-def test_fixes_whose_status_was_never_set_are_used(replay, rows):
+def test_fixes_whose_status_was_never_set_are_used(replay, rows, plain):
     """They count by their numbers, with a remark."""
-    _, plain, _ = replay(rows)
 
     def unset(row, _, status=-2):
         message = row.content
@@ -268,9 +286,10 @@ def faster(row, _):
     ("topic", "edit"),
     [("/imu", negated), ("/fix", moved_north), ("/encoder_data", faster)],
 )
-def test_a_second_source_on_the_topic_is_refused_and_the_option_chooses(replay, rows, topic, edit):
+def test_a_second_source_on_the_topic_is_refused_and_the_option_chooses(
+    replay, rows, plain, topic, edit
+):
     """Each step that is advised is right: with the true source the drive is the same."""
-    _, plain, _ = replay(rows)
     both = second(rows, topic, "second", edit)
     code, _, err = replay(both)
     assert code == 1
@@ -323,9 +342,8 @@ def test_wheels_of_another_unit_on_a_straight_drive_contradict_the_fixes(replay)
     assert mended["remark_texts"] == []
 
 
-def test_a_gyro_of_the_wrong_sign_contradicts_the_wheels(replay, rows):
+def test_a_gyro_of_the_wrong_sign_contradicts_the_wheels(replay, rows, plain):
     """The failed check names the option, and with it the drive is the same."""
-    _, plain, _ = replay(rows)
 
     def turned_round(row, _):
         rate = row.content.angular_velocity
@@ -369,9 +387,8 @@ def test_stamps_of_one_sensor_that_are_late_are_said_and_the_option_mends_them(
         assert data["health"] == {"ok": data["periods"]}
 
 
-def test_a_time_offset_is_that_of_the_stamps(replay, rows):
+def test_a_time_offset_is_that_of_the_stamps(replay, rows, plain):
     """Stamps that are moved by a time and back give the same drive."""
-    _, plain, _ = replay(rows)
     late = edited(rows, "/imu", lambda row, _: moved(row, NS // 5))
     code, data, _ = replay(late, "--time-offset", "/imu=-0.2")
     assert code == 0

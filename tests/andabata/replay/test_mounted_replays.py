@@ -248,7 +248,7 @@ def test_without_a_scan_the_exit_code_is_1(replay):
         strange = topic == CLOUD and seen.count(CLOUD) > 1
         return reframed(message, "odom") if strange else message
 
-    code, data, _ = replay("--set", "assembly.span=10", edit=edit)
+    code, data, _ = replay("--set", "assembly.accumulation_time=10", edit=edit)
     assert code == 1
     assert data["scans"] == 0
     assert data["refused"] > 30

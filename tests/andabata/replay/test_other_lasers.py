@@ -313,7 +313,7 @@ def frame(stamp, count=50):
 def test_frames_are_accumulated_over_the_span():
     """A cloud consists of the frames of one span; without a span, of the last one."""
     track = moving_track()
-    assembler = CloudAssembler(CloudAssemblyConfig(span=0.19, max_range=20), 0.7)
+    assembler = CloudAssembler(CloudAssemblyConfig(accumulation_time=0.19, max_range=20), 0.7)
     assembler.add_frame(frame(0.1), track)
     assert assembler.cloud is None
     assembler.add_frame(frame(0.2), track)

@@ -4,7 +4,16 @@ import math
 
 import pytest
 
-from andabata.report.columns import cell, counted, heading, interval, several, shown_keys, spoken
+from andabata.report.columns import (
+    cell,
+    counted,
+    heading,
+    interval,
+    several,
+    shown_keys,
+    spoken,
+    with_reached,
+)
 
 INTERVAL = {"success_rate": 5 / 6, "wilson_low": 0.702, "wilson_high": 0.918}
 
@@ -77,4 +86,7 @@ def test_counts_are_told_in_words():
     """Few are words, many are numbers; one is singular."""
     assert counted({"successes": 2, "trials": 3}) == "2 of 3"
     assert counted({"successes": 2, "runs": 3}, whole="runs") == "2 of 3"
+    (row,) = with_reached([{"successes": 2, "runs": 3}], "runs")
+    assert row == {"successes": 2, "runs": 3, "reached": "2 of 3"}
+    assert with_reached([{"successes": 0, "trials": 4}])[0]["reached"] == "0 of 4"
     assert [several(n, "goal") for n in (1, 2, 12)] == ["One goal", "Two goals", "12 goals"]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.machine.reality import Reality
 from andabata.records import topics
 from andabata.records.messages import NS, MessageBuilder
 from andabata.ros.robot_node import RobotNode
@@ -33,10 +34,10 @@ def scene():
     return SimpleNamespace(world=world, rays=RayScene(world))
 
 
-def drive(scene, commands, seconds=3.0):
+def drive(scene, commands, seconds=3.0, **settings):
     """Return the result of a drive, and the graph with the published messages."""
     graph = PlayedGraph(commands, EPOCH, EPOCH + round(seconds * NS))
-    config = SimulatedRobotConfig(plant="kinematic")
+    config = SimulatedRobotConfig(plant="kinematic", **settings)
     node = RobotNode(graph, scene, config)
     task = Task(Start(-8.0, 0.0, 0.3), ((10.0, 0.0),))
     calls = []
@@ -76,3 +77,12 @@ def test_a_command_counts_for_half_a_second(scene):
     driven = np.hypot(*(track[-1] - track[0]))
     assert 0.3 * speed < driven < 0.8 * speed
     assert np.hypot(*(track[-1] - track[-8])) < 0.01
+
+
+def test_the_simulated_robot_is_as_real_as_its_settings(scene):
+    """With two seconds of latency at most, one at least, a command of the end moves nothing."""
+    commands = [command(2.0, 3.0, 3.0), command(2.4, 3.0, 3.0)]
+    _, prompt, _ = drive(scene, commands)
+    _, late, _ = drive(scene, commands, reality=Reality(latency=2.0))
+    assert np.ptp(places(prompt), axis=0).max() > 0.1
+    assert np.ptp(places(late), axis=0).max() < 0.01

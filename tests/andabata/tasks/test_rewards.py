@@ -196,7 +196,7 @@ def test_equations_5_and_9(ending, sparse, proportional):
 
 def test_the_same_terms_in_proportion():
     """A step at the most pays 1.5, half of it 0.75, standing nothing, and the way back costs 2."""
-    step = {"proportional": True, "most_progress": 0.2, "most_turn": 0.5}
+    step = {"proportional": True, "max_progress": 0.2, "max_turn": 0.5}
     gains = [improved((3.0, 0.0), (after, 0.0), **step)["distance"] for after in (2.8, 2.9, 3, 3.1)]
     assert gains == pytest.approx([1.5, 0.75, 0.0, -1.0])
     turns = [improved((3.0, -1.0), (3.0, after), **step)["heading"] for after in (-0.5, -1, 1.25)]
@@ -241,7 +241,7 @@ def test_the_printed_reward_pays_creeping_more_than_arriving(gamma):
     One robot drives 4 m to its goal in 40 steps. The other nears it by a tenth of a millimetre a
     step until its time is over, and pays for that.
     """
-    rates = {"most_turn": 0.2}
+    rates = {"max_turn": 0.2}
     for proportional, creeping_pays in ((False, True), (True, False)):
         kind = {"proportional": proportional, **rates}
         arriving = drive(40, (4.2, 0.2), (0.4, 0.0), Ending.GOAL, **kind)

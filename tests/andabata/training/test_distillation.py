@@ -26,7 +26,7 @@ from worlds.rooms.barn import barn_world
 
 SHORT = LabelledDriveConfig(time_limit=0.5)
 TINY = DistillationConfig(
-    driving=SHORT, drives=(2, 1), expert=(1.0, 0.0), hidden=(8,), epochs=1, last_epochs=1
+    driving=SHORT, drives=(2, 1), expert_shares=(1.0, 0.0), hidden=(8,), epochs=1, last_epochs=1
 )
 BACKWARDS = DeterministicPolicy(
     {
@@ -61,7 +61,7 @@ def test_the_policy_drives_and_the_expert_labels():
     expert.took = lambda command: took.append(command)
     driver = Mixture(expert, BACKWARDS, 0.0, 20.0, np.random.default_rng(2))
     result = drive_to_goal(driver, robot, task, DriveRules(time_limit=0.5))
-    assert result.left > 10.0
+    assert result.goal_distance > 10.0
     assert np.mean([command.linear for command in driver.commands]) > 0.5
     assert took[-1].linear == pytest.approx(-0.5, abs=1e-3)
 
@@ -117,7 +117,9 @@ def test_a_fit_finds_what_was_labelled():
     assert policy.info["loss"] < 0.02
 
 
-@pytest.mark.parametrize("change", [{"expert": (1.0,)}, {"expert": (0.5, 0.5)}, {"drives": (2, 0)}])
+@pytest.mark.parametrize(
+    "change", [{"expert_shares": (1.0,)}, {"expert_shares": (0.5, 0.5)}, {"drives": (2, 0)}]
+)
 def test_rounds_without_a_driver_are_refused(change):
     """As many shares as rounds, the expert alone in the first, a drive at least."""
     with pytest.raises(ValueError, match="expected"):

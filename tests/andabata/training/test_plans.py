@@ -162,14 +162,14 @@ def test_gdae_is_as_shipped():
     assert (learner.hidden, learner.critic_hidden, learner.normalised) == ((800, 600), None, False)
     assert learner.fusion.model_dump() == {"kind": "sum", "layer": 1, "frozen": True}
     assert (learner.gamma, learner.tau, learner.learning_rate) == (0.99999, 0.005, 1e-3)
-    assert (learner.batch_size, learner.updates_per_step, learner.actor_every) == (40, 1.0, 2)
+    assert (learner.batch_size, learner.updates_per_step, learner.policy_delay) == (40, 1.0, 2)
     assert (learner.target_noise, learner.target_noise_clip) == (0.2, 0.5)
     assert (learner.action_repeat, learner.episodes_per_iteration) == (1, 1)
     assert (learner.buffer_size, learner.reward_scale, learner.loss) == (10**6, 1.0, "squared")
     assert [learner.noise.sigma(n) for n in (0, 500_000)] == pytest.approx([1.0, 0.1])
     assert learner.noise.sigma(250_000) == pytest.approx(0.55)
-    turns = learner.turns
-    assert (turns.near, turns.probability, turns.steps) == (0.6, 0.15, (8, 14))
+    turns = learner.random_turns
+    assert (turns.near_range, turns.probability, turns.steps) == (0.6, 0.15, (8, 14))
     assert environment.reward == GdaeRewardConfig()
 
 
@@ -181,7 +181,7 @@ def test_variants_differ_from_gdae_where_they_say():
     assert at_trainable == at_gdae
     improved, environment = variant("td3-improved")
     assert improved.fusion.model_dump() == {"kind": "sum", "layer": 0, "frozen": False}
-    others = {name: getattr(improved, name) for name in ("fusion", "noise", "turns")}
+    others = {name: getattr(improved, name) for name in ("fusion", "noise", "random_turns")}
     assert improved == gdae.model_copy(update=others | {"learning_rate": 1e-4})
     assert improved.noise.sigma(100_000) == pytest.approx(0.1)
     assert environment.reward == ImprovedRewardConfig()
@@ -198,4 +198,4 @@ def test_td3_is_paid_for_progress():
     assert environment.reward == expected
     assert environment.terminations.stuck_time == 5.0
     assert (learner.updates_per_step, learner.noise.steps, learner.gamma) == (1 / 8, 60_000, 0.99)
-    assert (learner.kept, learner.driving_noise) == ("target", 0.3)
+    assert (learner.policy_network, learner.driving_noise) == ("target", 0.3)

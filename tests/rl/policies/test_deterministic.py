@@ -89,7 +89,7 @@ def constant(means=(0.0, 0.0), **exploration):
 
 
 FAR, NEAR = np.full(2, 5.0, np.float32), np.array([5.0, 0.3], np.float32)
-TURNS = {"term": "ranges", "near": 0.6, "probability": 0.15, "steps": (8, 14)}
+TURNS = {"term": "ranges", "near_range": 0.6, "probability": 0.15, "steps": (8, 14)}
 
 
 def test_the_noise_is_normal_around_the_best_action():
@@ -120,7 +120,7 @@ def test_a_policy_without_noise_does_its_best():
 
 def test_the_noise_survives_the_file():
     """A policy of bytes, as other processes get it, explores the same."""
-    policy = constant((0.3, -0.2), sigma=0.2, turns=TURNS)
+    policy = constant((0.3, -0.2), sigma=0.2, random_turns=TURNS)
     again = policy_from_bytes(policy.to_bytes())
     rngs = [np.random.default_rng(3) for _ in range(2)]
     for state in [FAR, NEAR] * 20:
@@ -128,7 +128,7 @@ def test_the_noise_survives_the_file():
         np.testing.assert_array_equal(*found)
 
 
-@pytest.mark.parametrize("wrong", [{"sigma": -1.0}, {"turns": {**TURNS, "term": "sonar"}}])
+@pytest.mark.parametrize("wrong", [{"sigma": -1.0}, {"random_turns": {**TURNS, "term": "sonar"}}])
 def test_impossible_noise_is_refused(wrong):
     """Negative noise, and turns by a term that the observation lacks."""
     with pytest.raises((ValueError, KeyError), match=r"sigma|sonar"):
@@ -137,7 +137,7 @@ def test_impossible_noise_is_refused(wrong):
 
 def turning(states, seed=0, **changes):
     """Return where a robot turns on the spot, and its yaw rates."""
-    policy = constant((0.5, 0.0), turns={**TURNS, **changes})
+    policy = constant((0.5, 0.0), random_turns={**TURNS, **changes})
     rng = np.random.default_rng(seed)
     found = np.array([policy.explore(state, rng) for state in states])
     return found[:, 0] == -1.0, found[:, 1]
@@ -167,7 +167,7 @@ def test_turns_begin_near_obstacles_alone_with_their_probability():
 
 def test_robots_turn_each_for_itself():
     """Rows together give the actions of each alone, to the bit, also while turns are made."""
-    policy, alone = (constant(sigma=0.3, turns=TURNS) for _ in range(2))
+    policy, alone = (constant(sigma=0.3, random_turns=TURNS) for _ in range(2))
     rngs, own = ([np.random.default_rng(k) for k in range(5)] for _ in range(2))
     for step in range(60):
         states = np.array([NEAR if (step + k) % 3 else FAR for k in range(5)])

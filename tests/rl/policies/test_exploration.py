@@ -44,7 +44,7 @@ def space(unit):
 
 def test_ranges_and_their_reciprocals_tell_what_is_near():
     """A value below the range, or above its reciprocal, is near; the goal's values are not read."""
-    turns = RandomTurns(term="ranges", near=0.5)
+    turns = RandomTurns(term="ranges", near_range=0.5)
     ranges = np.array([[9, 9, 9, 0.51], [9, 0.49, 9, 9], [9, 9, 9, 9]], dtype=np.float32)
     goals = np.zeros((3, 2), dtype=np.float32)
     for unit, values in (("m", ranges), ("1/m", 1 / ranges)):
@@ -54,7 +54,7 @@ def test_ranges_and_their_reciprocals_tell_what_is_near():
 
 def test_some_values_alone_are_looked_at():
     """What stands beside the chosen values is not near."""
-    turns = RandomTurns(term="ranges", values=(1, 2), near=0.5)
+    turns = RandomTurns(term="ranges", values=(1, 2), near_range=0.5)
     rows = np.full((4, 6), 9.0, dtype=np.float32)
     rows[np.arange(4), 2 + np.arange(4)] = 0.1
     assert turns.are_near(rows, space("m")).tolist() == [False, True, True, False]

@@ -49,7 +49,7 @@ def few_samples(names=GROUND_FEATURES):
 
 def test_a_trained_classifier_is_the_same_after_its_file():
     """The same seed gives the same bytes, and these the same log odds."""
-    samples, config = few_samples(), GroundClassifierConfig(trees=20, share=1.0)
+    samples, config = few_samples(), GroundClassifierConfig(trees=20, sample_share=1.0)
     stage = train_stage(samples, GROUND_FEATURES, config, 0)
     assert np.mean((stage.log_odds(samples.features) > 0) == samples.blocked) > 0.99
     clouds = [rocky(seed)[0] for seed in range(4)]
@@ -69,7 +69,7 @@ def test_the_second_stage_finds_a_block_in_a_cloud_of_its_own():
     """A block that was not trained on is blocked, the ground around it is free."""
     clouds = [rocky(seed)[0] for seed in range(6)]
     forest = train_ground_classifier(
-        (clouds[:3], clouds[3:]), GroundClassifierConfig(trees=20, share=1.0), 0
+        (clouds[:3], clouds[3:]), GroundClassifierConfig(trees=20, sample_share=1.0), 0
     )
     cloud, middle = rocky(9)
     cells, values = described(cloud.points)
@@ -86,7 +86,7 @@ def test_low_objects_have_a_greater_weight():
     samples = GroundSamples(features, blocked, blocked)
     even, thrice = (
         train_stage(
-            samples, GROUND_FEATURES, GroundClassifierConfig(trees=30, low=low), 0
+            samples, GROUND_FEATURES, GroundClassifierConfig(trees=30, low_object_weight=low), 0
         ).log_odds(features[:1])[0]
         for low in (1.0, 3.0)
     )

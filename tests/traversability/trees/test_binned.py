@@ -13,7 +13,7 @@ NAMES = tuple("abcde")
 class Config:
     """Parameters of small trees."""
 
-    max_depth, min_leaf, rate, shrink = 6, 5, 0.3, 1.0
+    max_depth, min_leaf, learning_rate, l2_regularization = 6, 5, 0.3, 1.0
 
 
 def boosted(depth=6, seed=0):

@@ -46,7 +46,7 @@ def test_a_value_on_a_cut_goes_left():
     np.testing.assert_allclose(flat.predict_proba(values), expected, atol=1e-6)
 
 
-SETTINGS = AdaptationConfig(max_depth=3, rate=1.0, shrink=0.0)
+SETTINGS = AdaptationConfig(max_depth=3, learning_rate=1.0, l2_regularization=0.0)
 
 
 def correction(samples, sums, trees=1, config=SETTINGS, weights=None):
@@ -60,7 +60,9 @@ def test_a_correction_of_one_leaf_is_a_newton_step():
     """Without a split the leaf is the weighted gradient over curvature and penalty, times rate."""
     samples = cells(400)
     sums, weights = np.linspace(-2, 2, 400), np.linspace(0.5, 2, 400)
-    config = SETTINGS.model_copy(update={"min_leaf": 300, "rate": 0.3, "shrink": 7.0})
+    config = SETTINGS.model_copy(
+        update={"min_leaf": 300, "learning_rate": 0.3, "l2_regularization": 7.0}
+    )
     (leaf,) = correction(samples, sums, 1, config, weights).leaf
     p = 1 / (1 + np.exp(-sums))
     expected = 0.3 * (weights * (samples.blocked - p)).sum() / ((weights * p * (1 - p)).sum() + 7)
@@ -72,7 +74,9 @@ def test_a_correction_goes_on_from_the_given_log_odds():
     samples = cells(2000)
     right = np.where(samples.blocked, 3.0, -3.0)
     for start, least in ((-right, 0.9), (right, 1.0)):
-        trees = correction(samples, start, 60, SETTINGS.model_copy(update={"shrink": 1.0}))
+        trees = correction(
+            samples, start, 60, SETTINGS.model_copy(update={"l2_regularization": 1.0})
+        )
         after = start + leaf_sums(trees, samples.features)
         assert ((after > 0) == samples.blocked).mean() >= least
     assert (after * right > 0).all()

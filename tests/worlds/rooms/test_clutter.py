@@ -82,7 +82,7 @@ def test_movers_come_into_the_same_layout():
         for one in room.movers:
             assert 0.2 <= one.radius <= 0.5
             assert 0.2 <= one.speed <= 0.8
-            assert one.place is one.when_within is one.lasts is None
+            assert one.place is one.when_within is one.duration is None
     assert counts == {1, 2, 3, 4}
     assert (room.name, ROOMS[23].name) == ("clutter-movers-23", "clutter-23")
 

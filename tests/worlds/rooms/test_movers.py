@@ -28,6 +28,6 @@ def test_an_obstacle_that_waits_for_the_robot_has_a_place():
     """A distance without a place, a speed below nothing and no size are refused."""
     with pytest.raises(ValidationError, match="expected one where when_within is given"):
         MoverPlan(when_within=1.0, radius=0.3)
-    for wrong in ({"speed": -0.1}, {"radius": 0.0}, {"lasts": 0.0}, {"circle": (0, 0, 1)}):
+    for wrong in ({"speed": -0.1}, {"radius": 0.0}, {"duration": 0.0}, {"circle": (0, 0, 1)}):
         with pytest.raises(ValidationError, match=next(iter(wrong))):
             MoverPlan(**{"radius": 0.3} | wrong)

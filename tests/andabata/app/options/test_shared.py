@@ -21,6 +21,7 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.settings import SettingsError
 from andabata.configuration.usage import UsageError
 from andabata.machine.lidar_models import UnknownSensorError
+from andabata.machine.reality import LEVELS
 from andabata.machine.robot import RobotModel
 from andabata.models import shipped_forest, shipped_ground_classifier, shipped_policy
 from terrain.compilation import compilation_begins, on_first_compilation
@@ -50,6 +51,17 @@ def test_unknown_parts_are_refused():
         RobotOptions(sensor="radar").base()
     with pytest.raises(ValueError, match="rover"):
         RobotOptions(robot="rover").base()
+
+
+def test_a_level_of_reality_is_that_of_the_robot():
+    """``--reality`` gives all numbers of the level, and ``--set`` changes one."""
+    base = RobotOptions("os1-64", "husky", "field").base()
+    assert base.reality == LEVELS["field"]
+    assert base.robot == RobotModel.load("husky")
+    found = SettingsOptions(None, ["reality.lag=0"]).resolve(SimulatedRobotConfig, base)
+    assert found.reality == LEVELS["field"].model_copy(update={"lag": 0.0})
+    with pytest.raises(UsageError, match=r"^--reality: expected one of ideal, field, harsh, got"):
+        RobotOptions(reality="mud").base()
 
 
 def test_a_setting_wins_over_the_height_and_the_datum_over_a_setting():

@@ -22,6 +22,15 @@ def test_the_algorithm_and_the_settings_make_the_plan():
         plan(k=7)
 
 
+def test_the_reality_is_that_of_all_stages_with_senses():
+    """Stage 1 drives by the true pose with errors of its own, and stays ideal."""
+    found = TrainingOptions().plan("offroad", RobotOptions(reality="field"), SettingsOptions())
+    levels = [stage.environment.simulated_robot.reality for stage in found.stages.values()]
+    assert [reality.name for reality in levels] == ["ideal", "field", "field"]
+    with pytest.raises(UsageError, match=r"^--reality: expected one of ideal, field, harsh"):
+        TrainingOptions().plan("offroad", RobotOptions(reality="mud"), SettingsOptions())
+
+
 @pytest.mark.parametrize(
     ("text", "chosen"), [(None, range(3)), ("1", range(1)), ("2-3", range(1, 3))]
 )

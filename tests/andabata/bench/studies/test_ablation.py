@@ -22,7 +22,7 @@ def test_groups_are_features_and_do_not_overlap():
 def test_variants_leave_out_existing_features(name):
     """All but the first two have fewer features than the shipped forest."""
     config = VARIANTS[name]
-    assert set(config.without) <= set(ALL_FEATURES)
+    assert set(config.excluded_features) <= set(ALL_FEATURES)
     whole = name in ("all", "without the screen")
     assert (len(config.names) == len(ALL_FEATURES)) == whole
 

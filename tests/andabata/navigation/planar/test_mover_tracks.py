@@ -44,7 +44,10 @@ def test_what_stands_does_not_move_for_a_robot_that_does():
 
 def test_a_mover_counts_after_some_scans_and_coasts_for_a_few():
     """Hidden behind something it goes on as before; long unseen it is forgotten."""
-    seen, config = straight(6, (2.0, 0.0), (0.0, 0.5)), MoverTracksConfig(confirmed=4, coast=3)
+    seen, config = (
+        straight(6, (2.0, 0.0), (0.0, 0.5)),
+        MoverTracksConfig(confirmation_scans=4, coasting_scans=3),
+    )
     assert not len(follow(seen[:3], config=config).radii)
     assert len(follow(seen[:4], config=config).radii) == 1
     hidden = follow([*seen, None, None, None], config=config)

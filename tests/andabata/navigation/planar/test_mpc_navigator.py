@@ -102,13 +102,13 @@ def test_a_robot_that_does_not_move_gives_up_its_margin():
     here = np.zeros(2)
     shares = [navigator._stuck(here)[0] for _ in range(12)]
     assert shares[:9] == [0.0] * 9
-    assert shares[-1] == navigator.config.daring
+    assert shares[-1] == navigator.config.recovery_risk
     assert navigator._stuck(np.array([1.0, 0.0]))[0] == 0.0
 
 
 def test_a_robot_that_stood_may_back_out_until_it_is_away():
     """Ways backwards cost nothing from the standing time on, as far as the way out."""
-    navigator = made(MpcNavigatorConfig(standing_time=0.3, way_out=0.4))
+    navigator = made(MpcNavigatorConfig(standing_time=0.3, recovery_distance=0.4))
     navigator.reset(LIDAR, GOAL)
     shares = [navigator._stuck(np.zeros(2))[1] for _ in range(8)]
     assert shares == [0.0] * 5 + [1.0] * 3

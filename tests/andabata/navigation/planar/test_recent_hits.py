@@ -40,25 +40,25 @@ def test_a_hit_is_where_it_was_measured():
 
 def test_what_was_driven_past_is_remembered():
     """Behind the robot, where the laser sees nothing, and after a turn as well."""
-    found = hits_after(RecentHitsConfig(thinning=1), (0, 0, 0), (1.4, 0, 0))
+    found = hits_after(RecentHitsConfig(keyframe_stride=1), (0, 0, 0), (1.4, 0, 0))
     np.testing.assert_allclose(found, [(-1.0, 0.6)], atol=0.01)
-    found = hits_after(RecentHitsConfig(thinning=1), (0, 0, 0), (0.9, 0.6, np.pi / 4))
+    found = hits_after(RecentHitsConfig(keyframe_stride=1), (0, 0, 0), (0.9, 0.6, np.pi / 4))
     half = 0.5 / np.sqrt(2)
     np.testing.assert_allclose(found, [(-half, half)], atol=0.01)
-    assert not len(hits_after(RecentHitsConfig(scans=0), (0, 0, 0), (1.4, 0, 0)))
+    assert not len(hits_after(RecentHitsConfig(keyframes=0), (0, 0, 0), (1.4, 0, 0)))
 
 
 def test_old_and_far_hits_are_forgotten():
     """Only so many scans, and only what was near."""
-    config = RecentHitsConfig(thinning=1, scans=1)
+    config = RecentHitsConfig(keyframe_stride=1, keyframes=1)
     assert not len(hits_after(config, (0, 0, 0), (1.4, 0, 0), (1.6, 0, 0)))
-    assert not len(hits_after(RecentHitsConfig(near=0.5), (0, 0, 0), (1.4, 0, 0)))
+    assert not len(hits_after(RecentHitsConfig(keyframe_range=0.5), (0, 0, 0), (1.4, 0, 0)))
 
 
 @pytest.mark.parametrize("forget", [True, False])
 def test_a_reset_forgets(forget):
     """A new drive begins without the last one's hits."""
-    recent = RecentHits(RecentHitsConfig(thinning=1))
+    recent = RecentHits(RecentHitsConfig(keyframe_stride=1))
     recent.reset(LIDAR)
     recent.update(scan((0, 0, 0), (0.4, 0.6)))
     if forget:

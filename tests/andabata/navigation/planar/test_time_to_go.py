@@ -59,12 +59,14 @@ def test_a_corridor_takes_the_time_that_its_clearance_allows():
         assert spent == pytest.approx(3.0 / speed, rel=0.03)
 
 
-def test_a_way_without_the_standing_margin_costs_its_toll():
+def test_a_way_without_the_standing_margin_costs_its_proximity():
     """A corridor as wide as the robot takes many times longer, one with the margin does not."""
     along = np.arange(-3.2, 3.2, 0.04)
     for half, costs in ((HALF_WIDTH, True), (0.365, False)):
         sides = [(x, y + 0.05) for x in along for y in (-half, half)]
-        free, spent = (time_at(field_of(sides, toll=toll), -1.0, 0.05) for toll in (0.0, 40.0))
+        free, spent = (
+            time_at(field_of(sides, proximity_cost=cost), -1.0, 0.05) for cost in (0.0, 40.0)
+        )
         assert spent > 3.0 * free if costs else spent == free
 
 

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayer, LowObstacleLayerConfig
+from andabata.navigation.planning.low_obstacle_layer import (
+    LowObstacleLayer,
+    LowObstacleLayerConfig,
+    _median,
+)
 from tests.support.situations import ORIGIN
 from traversability.cartesian.elevation_grid import ElevationGrid
 
@@ -51,6 +55,12 @@ def grid_points(heights, count=6):
         for j in range(-20, 21):
             rows += [[(i + 0.5) * CELL, (j + 0.5) * CELL, heights.get((i, j), 0.0)]] * count
     return np.array(rows, dtype=np.float32)
+
+
+@pytest.mark.parametrize("values", [[3.0], [4.0, 1.0], [5.0, 1.0, 2.0], [8.0, 1.0, 4.0, 2.0]])
+def test_the_median_of_a_few_values_is_numpys(values):
+    """Of an even number it is the mean of the two in the middle."""
+    assert _median(np.array(values)) == np.median(values)
 
 
 @pytest.mark.parametrize("slope", [0.0, 8.0, 15.0])

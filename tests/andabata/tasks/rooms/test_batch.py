@@ -125,9 +125,9 @@ def test_movers_are_seen_and_move_with_their_robot():
 def test_movers_come_and_go_by_their_plan():
     """One waits for its time and lasts, one for the robot, one goes: in the step that is due."""
     batch = RoomBatch(1, [EMPTY], DiscRobotConfig(period=0.25), FOUR, movers=3)
-    late = mover(0.0, 1.0, appears_at=0.5, lasts=0.5)
+    late = mover(0.0, 1.0, appears_at=0.5, duration=0.5)
     near = mover(1.5, 0.0, when_within=1.0, place=(1.5, 0.0))
-    short = mover(0.0, -1.0, lasts=0.75)
+    short = mover(0.0, -1.0, duration=0.75)
     batch.place(0, 0, Start(0.0, 0.0, 0.0), [late, near, short])
     found = [(batch.movers.radii[0] > 0).tolist()]
     for _ in range(6):

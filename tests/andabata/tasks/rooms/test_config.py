@@ -22,7 +22,7 @@ def test_a_pool_follows_the_named_rooms():
 def test_snapshots_are_compared_in_rooms_that_no_pool_holds():
     """Named rooms come alike; without any, 32 random ones of the kind beyond every pool do."""
     assert SpnConfig(random_rooms=4).unseen.all_rooms == SpnConfig().rooms
-    assert SpnConfig().unseen.favourite == 0.25
+    assert SpnConfig().unseen.main_room_share == 0.25
     config = Td3TaskConfig(random_rooms=1000, random_kind="clutter-movers")
     unseen = config.unseen.all_rooms
     assert len(unseen) == 32

@@ -139,13 +139,13 @@ def test_random_drives_keep_their_distances():
     np.testing.assert_array_equal(again.reset(seed=1)[1]["situations"], info["situations"])
 
 
-@pytest.mark.parametrize(("difficulty", "favourite"), [(0.0, 0), (0.3, 1), (0.6, 2), (1.0, 3)])
-def test_the_room_of_the_difficulty_has_most_drives(difficulty, favourite):
+@pytest.mark.parametrize(("difficulty", "main_room"), [(0.0, 0), (0.3, 1), (0.6, 2), (1.0, 3)])
+def test_the_room_of_the_difficulty_has_most_drives(difficulty, main_room):
     """It has 0.7 of them, each other room 0.1."""
     env = robots(2000, SMALL, rooms=TRAINING_ROOMS)
     worlds = env.reset(seed=2, options={"difficulty": difficulty})[1]["world_seed"]
     shares = np.full(4, 0.1)
-    shares[favourite] = 0.7
+    shares[main_room] = 0.7
     np.testing.assert_allclose(np.bincount(worlds, minlength=4) / 2000, shares, atol=0.03)
 
 

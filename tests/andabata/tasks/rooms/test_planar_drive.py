@@ -121,7 +121,7 @@ def test_the_clock_runs_from_a_tenth_of_a_metre():
     assert result.outcome is Outcome.GOAL
     # 0.15 m is the first period beyond 0.1 m, and 9.05 m the first within the last metre.
     assert result.time == pytest.approx(9.05 - 0.10)
-    assert result.left == pytest.approx(0.95)
+    assert result.goal_distance == pytest.approx(0.95)
     assert len(result.path) == 1 + 40 + 181
     assert navigator.goal == pytest.approx((10.0, 0.0))
 
@@ -140,7 +140,7 @@ def test_contact_at_the_goal_is_no_arrival():
     """The period that touches a circle also comes within the goal's radius."""
     touched = room([(1.0, 11.4, 0.1)])
     result = drive_to_goal(Steady(2.0), robot(touched), UP, DriveRules())
-    assert result.left < DriveRules().goal_radius
+    assert result.goal_distance < DriveRules().goal_radius
     assert result.outcome is Outcome.COLLISION
 
 

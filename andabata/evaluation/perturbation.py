@@ -1,0 +1,130 @@
+"""What a disturbance costs: controllers drive the same with it alone and without it, in pairs."""
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+
+from pydantic import ValidationError
+
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.configuration.settings import explain
+from andabata.evaluation.offroad_table import TRIALS
+from andabata.evaluation.table import (
+    Row,
+    Sample,
+    Table,
+    by_contender,
+    mcnemar_test,
+    share_difference,
+)
+from andabata.evaluation.trial import OffroadAttempt
+from andabata.machine.reality import Reality
+
+
+@dataclass(frozen=True)
+class Arm:
+    """A controller in a robot that has one disturbance, or none beside its own.
+
+    Attributes:
+        controller: Name of the controller.
+        robot: Robot that it drives.
+        disturbance: Name of the disturbance, a field of ``Reality``; empty for none.
+        strength: Its strength; NaN for none.
+    """
+
+    controller: str
+    robot: SimulatedRobotConfig
+    disturbance: str = ""
+    strength: float = float("nan")
+
+    @property
+    def name(self) -> str:
+        """Name of the contender: that of the controller, and the disturbance behind it."""
+        if not self.disturbance:
+            return self.controller
+        return f"{self.controller}@{self.disturbance}={self.strength:g}"
+
+
+def with_disturbance(reality: Reality, name: str, strength: float) -> Reality:
+    """Return a reality with one strength changed.
+
+    Raises:
+        ValueError: If there is no such disturbance, or the strength is out of bounds.
+    """
+    try:
+        return Reality.model_validate({**reality.model_dump(), name: strength})
+    except ValidationError as error:
+        raise ValueError(explain(error, Reality)) from error
+
+
+def arms(
+    controllers: Sequence[str],
+    robot: SimulatedRobotConfig,
+    disturbances: Mapping[str, float],
+) -> tuple[Arm, ...]:
+    """Return what drives: each controller as it is, then with each disturbance alone.
+
+    Args:
+        controllers: Names of the controllers.
+        robot: Robot with its own reality, which every arm has.
+        disturbances: Strengths of the disturbances by their names.
+
+    Raises:
+        ValueError: If there is no such disturbance, or a strength is out of bounds.
+    """
+    robots = {
+        name: robot.model_copy(
+            update={"reality": with_disturbance(robot.reality, name, disturbances[name])}
+        )
+        for name in disturbances
+    }
+    return tuple(
+        arm
+        for controller in controllers
+        for arm in (
+            Arm(controller, robot),
+            *(Arm(controller, robots[name], name, disturbances[name]) for name in disturbances),
+        )
+    )
+
+
+def perturbation_rows(attempts: Sequence[OffroadAttempt], driven: Sequence[Arm]) -> list[Row]:
+    """Return what each disturbance costs each controller, over all worlds, ready for JSON.
+
+    A trial counts as a success if it reached all of its goals in a row.
+
+    Args:
+        attempts: Attempts of all trials.
+        driven: Arms that drove them.
+
+    Raises:
+        ValueError: If two arms did not drive the same trials.
+    """
+    by_name = {arm.name: arm for arm in driven}
+
+    def controller(attempt: OffroadAttempt) -> Hashable:
+        return by_name[attempt.contender].controller
+
+    comparators = (share_difference("difference", _has_all), mcnemar_test("mcnemar", _has_all))
+    table = Table(by_contender, TRIALS, (), comparators, controller)
+    heads = [
+        _head(base, other, by_name[other.attempts[0].contender])
+        for base, other in table.pairs(attempts)
+    ]
+    return [head | row for head, row in zip(heads, table.differences(attempts), strict=True)]
+
+
+def _head(base: Sample, other: Sample, arm: Arm) -> Row:
+    """Return the first columns of a row: what was compared, and both counts."""
+    return {
+        "controller": arm.controller,
+        "disturbance": arm.disturbance,
+        "strength": arm.strength,
+        "trials": len(other.clusters),
+        "undisturbed": base.count(_has_all),
+        "successes": other.count(_has_all),
+    }
+
+
+def _has_all(attempt: OffroadAttempt) -> bool:
+    """Return True for an attempt that reached the last goal of its trial."""
+    return attempt.is_success and attempt.detail.goal == attempt.detail.goals

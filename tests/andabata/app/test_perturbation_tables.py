@@ -1,0 +1,46 @@
+"""Tables of disturbances for people."""
+
+from rich.console import Console
+
+from andabata.app.perturbation_tables import offroad_tables
+from andabata.evaluation.offroad_table import summarise
+from andabata.evaluation.perturbation import perturbation_rows
+from tests.support.offroad_attempts import ARMS, PERTURBED
+
+DATA = {
+    "rows": summarise(PERTURBED, [arm.name for arm in ARMS]),
+    "perturbations": perturbation_rows(PERTURBED, ARMS),
+}
+
+
+def printed(data):
+    """Return the tables of an evaluation as a terminal of 80 columns shows them."""
+    console = Console(width=80)
+    with console.capture() as shown:
+        console.print(offroad_tables(data))
+    return shown.get()
+
+
+def test_the_costliest_disturbance_comes_first_in_points():
+    """Rows are sorted by their difference; the undisturbed count stands in the title."""
+    lines = printed(DATA).splitlines()
+    (title,) = (k for k, line in enumerate(lines) if line.startswith("planner, each disturbance"))
+    assert "3/4 without any" in lines[title]
+    below = [line.split() for line in lines[title:] if "=" in line]
+    assert [row[:2] for row in below] == [["soft_iron=0.06", "1/4"], ["latency=0.2", "3/4"]]
+    assert below[0][2] == "-50"
+    assert below[0][-3:] == ["2", "0", "0.5"]
+    assert below[1][2] == "+0"
+    assert max(map(len, lines)) <= 80
+
+
+def test_the_tables_of_worlds_have_the_undisturbed_controllers():
+    """What was disturbed stands in the table of disturbances alone."""
+    assert "planner@" not in printed(DATA)
+
+
+def test_without_disturbances_there_are_the_tables_of_worlds_alone():
+    """An evaluation without ``--perturb`` is shown as ever."""
+    text = printed({"rows": DATA["rows"][:4]})
+    assert "without any" not in text
+    assert "reached" in text

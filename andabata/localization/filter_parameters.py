@@ -42,8 +42,8 @@ class NoiseModel(NamedTuple):
     lateral_speed_time: float = 5.0
     hard_iron_walk: float = 0.001
     compass_error: float = 0.06
-    compass_error_time: float = 60.0
-    gnss_error: float = 0.6
+    compass_error_time: float = 30.0
+    gnss_error: float = 0.635
     gnss_error_time: float = 300.0
     accel_bias_walk: float = 0.003
     wheel_scale_walk: float = 1e-4

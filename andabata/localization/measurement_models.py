@@ -22,6 +22,7 @@ from andabata.localization.filter_state import (
     HARD_IRON_Y,
     LATERAL_SPEED,
     PITCH,
+    ROLL,
     SLOPE_SLIP,
     SPEED,
     STATES,
@@ -225,7 +226,7 @@ def correct_heading(
     if not draw_points(x, P, 3, model, transform, trig):
         return np.nan
     measured = _levelled((mag[1], mag[2], mag[3]), trig)
-    if _is_disturbed(measured, model):
+    if _is_disturbed(measured, P[ROLL, ROLL] + P[PITCH, PITCH], model):
         return np.inf
     ahead, aside, _ = _levelled(_expected_field(0, model.body, iron, trig), trig)
     bearing = np.arctan2(aside, ahead)
@@ -272,16 +273,23 @@ def _levelled(field: Vector, trig: NDArray[np.float64]) -> Vector:
 
 
 @inlined_kernel
-def _is_disturbed(field: Vector, model: FilterModel) -> bool:
+def _is_disturbed(field: Vector, tilt: float, model: FilterModel) -> bool:
     """Return true if a levelled field differs from that of the place by more than a robot adds.
 
     Its length and dip are compared as its horizontal and its vertical part; a field that is known
     roughly is only asked to have a direction.
+
+    Args:
+        field: Levelled field: forward, left, up [uT].
+        tilt: Variance of roll and pitch together [rad2]: without an inertial unit the field is
+            levelled badly.
+        model: Parameters of the filter.
     """
     body, horizontal = model.body, np.hypot(field[0], field[1])
     if body.heading_only:
         return bool(horizontal < _LEAST_HORIZONTAL)
-    level, limit = np.hypot(body.flux_east, body.flux_north), model.gates.field
+    level = np.hypot(body.flux_east, body.flux_north)
+    limit = model.gates.field + 3 * np.sqrt(tilt) * np.hypot(level, body.flux_up)
     far = abs(horizontal - level) > limit or abs(field[2] - body.flux_up) > limit
     return bool(far or horizontal < level / 2)
 

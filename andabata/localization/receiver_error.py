@@ -38,7 +38,7 @@ class ReceiverConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    total: float = Field(default=0.7, gt=0)
+    total: float = Field(default=0.75, gt=0)
     white: float = Field(default=0.4, gt=0)
     least_white: float = Field(default=0.1, gt=0)
     least_slow: float = Field(default=0.25, ge=0)

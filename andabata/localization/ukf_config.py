@@ -31,7 +31,7 @@ class InitialSigma(NamedTuple):
     position: float = 0.5
     height: float = 0.1
     speed: float = 0.05
-    hard_iron: float = 2.0
+    hard_iron: float = 3.0
     accel_bias: float = 0.03
     wheel_scale: float = 0.02
     slope_slip: float = 0.2
@@ -60,10 +60,12 @@ class UkfConfig(BaseModel):
             inflated [s].
         multipath_inflation_time: Time of rejected fixes after which the covariance is inflated if
             all are off by the same, as by multipath and not by spinning wheels [s].
+        jump_inflation_time: Time of rejected fixes after which the covariance is inflated if they
+            are farther off than the robot can have driven: whoever carried it has put it down [s].
         multipath_spread: Largest change of the offsets of such fixes [m].
         multipath_offset: Largest offset of such fixes [m].
         lost_position: Standard deviation of the position from which the robot is lost [m].
-        lost_yaw: Standard deviation of the heading from which the robot is lost [rad].
+        lost_yaw: Standard deviation of the heading from which the robot is disoriented [rad].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -85,6 +87,7 @@ class UkfConfig(BaseModel):
     gnss_timeout: float = Field(default=6.0, gt=0)
     inflation_time: float = Field(default=15.0, gt=0)
     multipath_inflation_time: float = Field(default=45.0, gt=0)
+    jump_inflation_time: float = Field(default=300.0, gt=0)
     multipath_spread: float = Field(default=2.5, gt=0)
     multipath_offset: float = Field(default=15.0, gt=0)
     lost_position: float = Field(default=3.0, gt=0)

@@ -45,6 +45,7 @@ from andabata.localization.filter_state import (
     Z,
 )
 from andabata.localization.fix_conversion import FixConverter
+from andabata.localization.heading_alignment import HeadingAlignment
 from andabata.localization.localizer import Health
 from andabata.localization.measurements import (
     HORIZONTAL_SIGMA,
@@ -59,7 +60,7 @@ from andabata.localization.ukf import SigmaWeights
 from andabata.localization.ukf_config import UkfConfig
 from andabata.machine.clock import TICK
 from andabata.machine.geo_reference import GeoReference
-from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.pose import Pose, PoseTrack, wrap
 from andabata.machine.proprioception import MICROTESLA
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import SensorReadings
@@ -96,11 +97,11 @@ _SLOW_CHANGE = 0.05
 _RESTART_SIGMA = 10.0
 """Standard deviation that is added to the position after a restart [m]."""
 
-_INFLATION = {
-    "compass": (COMPASS, slice(COMPASS_ERROR, COMPASS_ERROR + 1), 1.0),
-    "gnss": (GNSS, HORIZONTAL, 3.0),
-}
-"""Row of counts, states and standard deviation [rad, m] of a first inflation, by sensor."""
+_INFLATION = {"compass": (COMPASS, 1.0), "gnss": (GNSS, 3.0)}
+"""Row of counts and standard deviation [rad, m] of a first inflation, by sensor."""
+
+_ONE_YAW, _ONE_COMPASS_ERROR = slice(YAW, YAW + 1), slice(COMPASS_ERROR, COMPASS_ERROR + 1)
+"""Slices of one state, for ``_inflate``."""
 
 
 class UkfLocalizer:
@@ -173,6 +174,7 @@ class UkfLocalizer:
         self._now = stamp
         self._buffer.clear()
         self._ahead: Measurements | None = None  # Rows that wait for the next period.
+        self._alignment = HeadingAlignment()
         self._monitor = SensorMonitor(self._config, stamp)
         self._receiver = ReceiverError(self._config.receiver)
         self._model = self._model._replace(noise=self._config.noise)
@@ -224,7 +226,9 @@ class UkfLocalizer:
         filled, waiting = self._run(period, self._odometry)
         self._ahead = self._rows_ahead(measurements) if waiting else None
         self._track.extend(self._rows[:filled])
+        self._monitor.drive(float(self._x[SPEED]) * (self._now - period.now))
         self._supervise(readings, accepted, fixes)
+        self._orient(fixes)
         if not self._is_valid:
             self._restart(readings.stamp)
 
@@ -369,12 +373,39 @@ class UkfLocalizer:
             if rows is not None and len(rows):
                 monitor.receive(name, stamp)
         now_accepted = self._counts[:, ACCEPTED].tolist()
-        for name, (sensor, states, sigma) in _INFLATION.items():
+        for name, (sensor, sigma) in _INFLATION.items():
             if now_accepted[sensor] > accepted[sensor]:
                 monitor.accept(name, stamp)
             factor = monitor.inflation(name, stamp)
             if factor is not None:
-                self._inflate(states, sigma * factor)
+                self._inflate(self._doubted(name, stamp), sigma * factor)
+
+    def _orient(self, fixes: NDArray[np.float64]) -> None:
+        """Find the heading of a disoriented robot by two fixes, as soon as they are far apart."""
+        if self.health is not Health.DISORIENTED:
+            self._alignment.clear()
+            return
+        for fix, place in zip(fixes, self._track.at(fixes[:, 0]), strict=True):
+            found = self._alignment.add(fix[1:3], place[:2], self._receiver.white)
+            if found is not None:
+                self._set_heading(wrap(float(self._odometry[3]) + found.angle), found.sigma)
+
+    def _set_heading(self, yaw: float, sigma: float) -> None:
+        """Replace the heading and its uncertainty; the compass has to prove itself again."""
+        self._x[YAW] = yaw
+        self._P[YAW], self._P[:, YAW] = 0.0, 0.0
+        self._P[YAW, YAW] = sigma**2
+        self._inflate(_ONE_COMPASS_ERROR, np.pi / 2)
+
+    def _doubted(self, sensor: str, stamp: float) -> slice:
+        """Return the states that are wrong if all data of a sensor are rejected for long.
+
+        The gyro holds the heading: a compass that contradicts it errs itself, unless fixes
+        contradict the estimate as well.
+        """
+        if sensor == "gnss":
+            return HORIZONTAL
+        return _ONE_YAW if self._monitor.contradicts_fixes(stamp) else _ONE_COMPASS_ERROR
 
     def _inflate(self, states: slice, sigma: float) -> None:
         """Add a variance ``sigma**2`` to some states."""
@@ -434,7 +465,7 @@ class UkfLocalizer:
 
     @property
     def health(self) -> Health:
-        """Health of the estimate: lost without a position, a heading, or both IMU and wheels."""
+        """Health of the estimate; see ``health_of``."""
         return health_of(self.warnings)
 
 

@@ -291,7 +291,7 @@ def _is_disturbed(field: Vector, tilt: float, model: FilterModel) -> bool:
     level = np.hypot(body.flux_east, body.flux_north)
     limit = model.gates.field + 3 * np.sqrt(tilt) * np.hypot(level, body.flux_up)
     far = abs(horizontal - level) > limit or abs(field[2] - body.flux_up) > limit
-    return bool(far or horizontal < level / 2)
+    return bool(far or horizontal < _LEAST_HORIZONTAL)
 
 
 @borrowing_kernel

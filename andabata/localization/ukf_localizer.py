@@ -71,7 +71,7 @@ __all__ = ["UkfConfig", "UkfLocalizer"]
 _MAX_BRIDGE_STEPS = 100
 """Largest number of prediction steps that bridge a gap of inertial rows."""
 
-_BRIDGE_GYRO_NOISE = 0.1
+_BRIDGE_GYRO_NOISE = 0.05
 """Gyro noise of a prediction whose yaw rate comes from the wheels [rad/sqrt(s)]."""
 
 _NO_FIXES = np.empty((0, 6))
@@ -328,7 +328,11 @@ class UkfLocalizer:
             self._rows = np.zeros((2 * len(period.measurements.imu), 8))
         models = self._models
         if period.noise is not self._model.noise:
-            models = packed(self._model._replace(noise=period.noise))
+            # Without an inertial unit nothing levels the compass: it corrects the heading alone.
+            bridged = period.noise.gyro == _BRIDGE_GYRO_NOISE
+            body = self._model.body
+            body = body._replace(heading_only=body.heading_only or bridged)
+            models = packed(self._model._replace(noise=period.noise, body=body))
         self._now, filled, waiting, self._is_valid = run_period(
             self._belief,
             self._now,

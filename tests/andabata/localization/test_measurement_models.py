@@ -183,7 +183,7 @@ def test_noise_of_the_compass_does_not_feed_the_hard_iron():
 )
 def test_a_field_that_is_not_the_earths_is_gated(added):
     """Length or dip far from those of the place: whatever its bearing, nothing is corrected."""
-    workspace, (x, P) = Workspace.allocate(), (np.zeros(STATES), np.eye(STATES) * 1e-2)
+    workspace, (x, P) = Workspace.allocate(), (np.zeros(STATES), np.eye(STATES) * 1e-4)
     before, mag = x.copy(), np.array([0.0, *field(x)])
     assert np.isfinite(model.correct_heading(x.copy(), P.copy(), mag, GATED, workspace))
     mag[1:] += added

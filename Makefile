@@ -15,7 +15,7 @@ demo: install
 	$(BIN)/andabata demo
 
 test: install
-	$(BIN)/python -m pytest -n 2 -q tests
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q tests
 
 check: install
 	$(BIN)/ruff format --check .

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tests.support.cell_samples import GRID, SMALL, cells
-from traversability.forest import Forest
+from traversability import forest_adaptation
+from traversability.forest import Forest, leaf_sums
 from traversability.forest_adaptation import AdaptationConfig, adapt_forest, sample_scores
 from traversability.forest_training import PAPER_RECIPE, train_forest
 
@@ -50,6 +51,31 @@ def test_held_out_recall_is_that_of_the_first_forest(forest):
     held = synthetic.select(np.isin(synthetic.world, worlds[:-1]))
     whole = replace(adapted, exits=())
     assert sample_scores(whole, held).tp >= sample_scores(forest, held).tp - 1
+
+
+def test_corrections_are_fitted_to_the_cells_that_the_forest_sees(forest, monkeypatch):
+    """Those from the screen's limit on, that sum itself included, as the forest passes them."""
+    own, synthetic = own_ground(forest), cells(seed=2)
+    sums = leaf_sums(forest.screen.trees, own.features)
+    limit = float(np.sort(sums)[len(sums) // 2])
+    screened = replace(forest, screen=replace(forest.screen, limit=limit))
+    fitted = []
+
+    def fit(features, blocked, *others):
+        fitted.append((len(features), int(blocked.sum())))
+        raise InterruptedError
+
+    monkeypatch.setattr(forest_adaptation, "fit_correction", fit)
+    config = CONFIG.model_copy(update={"cells": 10_000})
+    with pytest.raises(InterruptedError):
+        adapt_forest(screened, synthetic, own, config, 0)
+    worlds = np.random.default_rng(0).permutation(np.unique(synthetic.world))
+    learned = synthetic.select(~np.isin(synthetic.world, worlds[:6]))  # 30 % of 20 are held out.
+    passed = leaf_sums(forest.screen.trees, learned.features) >= limit
+    assert (sums == limit).any()
+    assert fitted == [
+        (int(passed.sum() + (sums >= limit).sum()), int((passed & learned.blocked).sum()))
+    ]
 
 
 def test_an_adapted_forest_is_kept_and_read_as_any_other(forest):

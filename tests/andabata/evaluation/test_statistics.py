@@ -79,6 +79,8 @@ def test_known_means_of_tasks():
     found = clustered_mean(np.array([[0.0, 1.5, 3.0], [2.0, 2.5, 3.0]]))
     reach = 4.302653 * 1.0 / np.sqrt(3)  # The quantile of two degrees of freedom.
     assert found == pytest.approx((2.0, 2.0 - reach, 2.0 + reach), abs=1e-6)
+    two = clustered_mean(np.array([[1.0, 3.0]]))
+    assert two == pytest.approx((2.0, 2.0 - 12.706205, 2.0 + 12.706205), abs=1e-5)
     narrow = clustered_mean(np.array([[1.0, 2.0, 3.0]]), level=0.9)
     assert narrow.high - 2.0 == pytest.approx(2.919986 / np.sqrt(3), abs=1e-6)
     assert clustered_mean(np.array([[1.0], [2.0]])) == (1.5, None, None)

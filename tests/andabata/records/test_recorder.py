@@ -78,7 +78,7 @@ def test_a_drive_with_a_map_replays_within_its_geofence(capsys, tmp_path):
     """The geofence is recorded, and a replay with the planner gives the same commands."""
     path = tmp_path / "drive.mcap"
     words = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "policy+planner"]
-    limits = ["--set", "plant=kinematic", "--time-limit", "20", "--out", str(tmp_path / "out")]
+    limits = ["--set", "plant=kinematic", "--time-limit", "10", "--out", str(tmp_path / "out")]
     assert main([*words, *limits, "--record", str(path), "--json"]) == 0
     with Bag(path) as bag:
         geofence = read_setup(bag, {}, {}).geofence

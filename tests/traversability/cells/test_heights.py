@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 
 from tests.support.polar_clouds import flat
+from traversability.binning import COUNT
+from traversability.cells.columns import SCATTER, SCATTER_LEAST, SMOOTH_STEP, make_workspace
+from traversability.cells.heights import _write_scatter
+from traversability.cells.quarter_planes import MEAN_Z
 from traversability.features import ALL_FEATURES, cell_features
 from traversability.grid import PolarGrid
 
@@ -91,3 +95,44 @@ def test_dense_plants_lie_over_the_ground_that_is_extrapolated_from_before_them(
     bend[:, 2] = 0.006 * np.clip(bend[:, 0], 0, None) ** 2
     low, counts = feature(bend, "low_over_way")
     assert np.abs(low[16][counts[16] >= 20]).max() < 0.12
+
+
+def test_a_slope_goes_on_behind_a_gap():
+    """Where some rings have no points the ground is extrapolated from the last one before them."""
+    points = flat(0.0, 200_000).astype(float)
+    points[:, 2] = 0.1 * points[:, 0]
+    away = np.hypot(points[:, 0], points[:, 1])
+    seen = (away < 2.5) | (away > 4.0)
+    over, counts = feature(points[seen], "low_over_way")
+    known = counts[16] >= 20
+    behind = np.flatnonzero(known & (GRID.ring_edges[:-1] > 3.9))
+    assert len(behind) > 2
+    assert np.abs(over[16][behind]).max() < 0.05
+
+
+@pytest.mark.parametrize("sector", [5, 0, GRID.n_sectors - 1])
+def test_a_step_is_the_distance_of_neighbouring_means_less_the_scatter_of_both(sector):
+    """All quarters 0.3 m over level planes, one beside the cell 0.1 m lower than them."""
+    ring, cells = 6, make_workspace(GRID, 44)
+    sums = np.zeros((2 * GRID.n_sectors, 2 * GRID.n_rings, 14))
+    sums[..., COUNT] = 5
+    cells.planes[:], cells.means[:], cells.scatter[:] = 0.0, 0.0, 0.01
+    cells.means[..., MEAN_Z] = 0.3
+    cells.scatter[2 * sector, 2 * ring] = 0.03
+    sums[2 * sector, 2 * ring, COUNT] = 15
+    out = np.zeros(44, dtype=np.float32)
+    _write_scatter(sums, sector, ring, cells, out)
+    assert out[SMOOTH_STEP] == 0.0
+    assert out[SCATTER_LEAST] == pytest.approx(0.01)
+    assert out[SCATTER] == pytest.approx(np.sqrt((15 * 0.03**2 + 15 * 0.01**2) / 30))
+    for beside, spread in (((2 * sector - 1, 2 * ring), 0.03), ((2 * sector, 2 * ring - 1), 0.03)):
+        cells.means[(*beside, MEAN_Z)] = 0.2
+        _write_scatter(sums, sector, ring, cells, out)
+        assert out[SMOOTH_STEP] == pytest.approx(0.1 - spread - 0.01)
+        sums[(*beside, COUNT)] = 2  # Too few points make no mean.
+        _write_scatter(sums, sector, ring, cells, out)
+        assert out[SMOOTH_STEP] == 0.0
+    after = ((2 * sector + 2) % len(sums), 2 * ring + 1)
+    cells.means[(*after, MEAN_Z)] = 0.5
+    _write_scatter(sums, sector, ring, cells, out)
+    assert out[SMOOTH_STEP] == pytest.approx(0.2 - 0.02)

@@ -75,7 +75,7 @@ def test_a_correction_goes_on_from_the_given_log_odds():
     right = np.where(samples.blocked, 3.0, -3.0)
     for start, least in ((-right, 0.9), (right, 1.0)):
         trees = correction(
-            samples, start, 60, SETTINGS.model_copy(update={"l2_regularization": 1.0})
+            samples, start, 25, SETTINGS.model_copy(update={"l2_regularization": 1.0})
         )
         after = start + leaf_sums(trees, samples.features)
         assert ((after > 0) == samples.blocked).mean() >= least

@@ -39,6 +39,16 @@ def test_even_ground_costs_its_length(cost):
     np.testing.assert_allclose(found, cost * octile((20, 11)), rtol=1e-5)
 
 
+@pytest.mark.parametrize("side", [np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]])
+def test_a_way_along_an_edge_of_the_square_is_found(side):
+    """Cheap ground on one edge alone: from end to end it costs its length."""
+    costs = np.full((CELLS, CELLS), 50.0, dtype=np.float32)
+    costs[side] = 1.0
+    first, last = np.argwhere(costs == 1.0)[[0, -1]]
+    assert searched(costs, first, last)[tuple(first)] == pytest.approx(CELLS - 1)
+    assert searched(costs, last, first)[tuple(last)] == pytest.approx(CELLS - 1)
+
+
 def test_a_goal_beyond_the_square_costs_the_straight_way_to_it():
     """From the nearest cell of the edge it is as far as the goal, over ground of a known cost."""
     costs = np.ones((CELLS, CELLS), dtype=np.float32)

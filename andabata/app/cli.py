@@ -114,6 +114,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in words
+    # At any place: who sees an error types the same line again, with a word behind it.
     words = [word for word in words if word != "--debug"]
     try:
         code = app(words, prog_name="andabata", standalone_mode=False)
@@ -121,6 +122,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = INTERRUPTED  # Later versions of typer return this code.
     except _USAGE_ERROR as error:
         return _fail(error.format_message(), USAGE)
+    # Every error ends on one line: a traceback hides the line that says what to do next.
     except Exception as error:
         if debug:
             traceback.print_exc()
@@ -132,6 +134,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _code(error: Exception) -> int:
     """Return 2 for an error in what the user typed, 1 for all others."""
+    # Imported only when something failed: the help has to answer at once.
     from andabata.configuration.settings import SettingsError
     from andabata.configuration.usage import UsageError
     from andabata.machine.lidar_models import UnknownSensorError
@@ -166,6 +169,7 @@ def _fail(text: str, code: int) -> int:
 
 def run() -> None:
     """Run the console script and exit with its code."""
+    # Before anything is printed: a reader such as `head` may leave at the first line.
     handle_interrupts()
     drop_unread_output()
     sys.exit(main())

@@ -29,6 +29,7 @@ def _dropping(stream: TextIO) -> TextIO:
     """Return a stream like another one that drops what nobody reads."""
     if not isinstance(stream, io.TextIOWrapper):
         return stream
+    # What was written so far stands in the old buffer, which is left behind.
     stream.flush()
     return io.TextIOWrapper(
         io.BufferedWriter(PipeFile(stream.fileno(), "w", closefd=False)),

@@ -39,6 +39,7 @@ class Console:
         """
         self.as_json = as_json
         self._quiet = quiet
+        # stderr: stdout carries the result alone, which may go into a pipe or a file.
         self._console = RichConsole(stderr=True, quiet=quiet, highlight=False)
 
     @property
@@ -112,6 +113,7 @@ def table_of(rows: Sequence[Mapping[str, Any]], title: str = "") -> Table:
     )
     for key in rows[0] if rows else ():
         side: JustifyMethod = "left" if isinstance(rows[0][key], str) else "right"
+        # Folded, not cut: a path or a name that ends in dots cannot be copied.
         table.add_column(key, justify=side, overflow="fold")
     for row in rows:
         table.add_row(*(_text(row.get(key)) for key in rows[0]))

@@ -201,6 +201,7 @@ def drive_barn_run(
     believed = (config.believed or config.vehicle).model_copy(
         update={"footprint": config.vehicle.footprint, "period": config.vehicle.period}
     )
+    # Apart from the robot's noise: navigators that draw differently meet the same noise.
     draws = np.random.default_rng([*key, 1])
     navigator = barn_navigator(controller, believed, config.lidar, draws, config.policy)
     result = drive_to_goal(navigator, robot, task, config.rules, on_readings)

@@ -97,12 +97,14 @@ def run_comparison(
     cells, told = comparison.cells(), on_cell or _ignore
     for cell in finished:
         told(cell)
+    # A journal may hold cells of a longer run: they are shown, and left out of the result.
     missing = [cell for cell in cells if cell not in finished]
     for _, cell, driven in (engine or SerialEngine()).run(comparison.drive, missing):
         if folder is not None:
             _write(folder, driven.files)
         told(cell)
         entry = comparison.encode(cell, driven.attempts)
+        # What the journal rounds or leaves out is missing here, too, as in a run that goes on.
         finished[cell] = comparison.decode(entry)[1]
         journal.append(entry)
     return [attempt for cell in cells for attempt in finished[cell]]

@@ -224,6 +224,7 @@ def mounting_advice(
     ending = f" Worse: {'; '.join(worse)}." if worse else ""
     better = [each for each in differences if each[1].low > 0]
     if better:
+        # The best lower end, not the best mean: of many poses the luckiest has the best mean.
         text, gain = max(better, key=lambda each: each[1].low)
         return f"Mount it {text}: success changes by {_points(gain)}, {counted}.{ending}"
     text, gain = max(differences, key=lambda each: each[1].mean)
@@ -280,6 +281,7 @@ def _row(change: LidarChange, sample: Sample, base: Sample) -> Row:
 
 def _by_room(base: Sample, sample: Sample) -> dict[str, float]:
     """Return the difference in success in each room."""
+    # A pose that helps in one room may cost in another, which the sum hides.
     rooms = dict.fromkeys(attempt.scenario for attempt in sample.attempts)
     return {room: _GAIN(_in(base, room), _in(sample, room))["difference"] for room in rooms}
 

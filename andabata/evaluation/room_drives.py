@@ -175,6 +175,8 @@ def _driven_together(
     states, info = robots.reset(seed=seeds, options={"room": 0, "drive": list(tasks)})
     if on_step is not None:
         on_step(robots, info)
+    # By the task's number, not its place beside others: a drive that is shown again alone draws the
+    # same.
     rngs = [np.random.default_rng((0, begin + k)) for k in range(count)]
     paths = [[pose] for pose in robots.poses]
     attempts: dict[int, RoomAttempt] = {}

@@ -131,6 +131,7 @@ def tasks_of(room: Room, config: RoomEvaluationConfig) -> list[RoomTask]:
     # The name, not the place in the list: adding a room changes no other's tasks.
     rng = np.random.default_rng([config.seed, zlib.crc32(room.name.encode())])
     task, radius = config.task, config.task.robot.radius
+    # Policies of all robots drive the same tasks: the task's clearance makes room for the widest.
     clear = max(task.clearance, radius)
     return [random_task(room, rng, radius, clear, task.min_distance) for _ in range(config.pairs)]
 

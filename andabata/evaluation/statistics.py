@@ -33,6 +33,7 @@ def _wilson(rate: float, trials: float, z: float) -> tuple[float, float]:
     spread = z * math.sqrt(rate * (1 - rate) / trials + z * z / (4 * trials * trials))
     scale = 1 + z * z / trials
     low, high = (middle - spread) / scale, (middle + spread) / scale
+    # The ends are 0 and 1 there but for rounding, which would show as -0.000.
     return (0.0 if rate == 0 else low), (1.0 if rate == 1 else high)
 
 
@@ -168,6 +169,7 @@ def mcnemar(first: NDArray[np.bool_], second: NDArray[np.bool_]) -> McNemar:
     """
     by_task = _gains(_checked(first), _checked(second))
     gained, lost = int((by_task > 0).sum()), int((by_task < 0).sum())
+    # The smaller tail, twice: the binomial with an even chance is symmetric.
     tail = float(bdtr(min(gained, lost), gained + lost, 0.5)) if gained + lost else 1.0
     return McNemar(gained, lost, min(2.0 * tail, 1.0))
 

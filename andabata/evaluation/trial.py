@@ -160,6 +160,7 @@ def safe_length(
 ) -> float:
     """Return the length of the shortest safe path to ``goal_radius`` [m] from the goal [m]."""
     path = world.truth.shortest_path(start, np.array(goal), SAFE_CLEARANCE)
+    # No path is shorter than the straight line: a start off the safe ground flatters no SPL.
     if path is None:
         path = np.array([start, goal])
     length = float(np.hypot(*np.diff(path, axis=0).T).sum())

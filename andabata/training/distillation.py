@@ -123,6 +123,8 @@ def distill_mpc(
         if file.exists():
             policy = load_policy(file)
         else:
+            # Labels of all rounds (DAgger, Ross et al. 2011): fitted to the last round's alone, a
+            # policy forgets the states that the rounds before had led it to.
             together = Labels(
                 *(np.concatenate(parts) for parts in zip(*labels_by_round, strict=True))
             )
@@ -220,6 +222,7 @@ def fit(
     torch.manual_seed(seed)
     rng = np.random.default_rng([seed, len(labels.shares)])
     actor = DeterministicActor(OBSERVATIONS, ACTIONS, config.hidden)
+    # Going on from the last round lets the passes between rounds be few: ten, and forty at the end.
     if start is not None:
         weights = {f"linear.{name[5:]}": array for name, array in start.tensors().items()}
         actor.load_state_dict({name: torch.from_numpy(array) for name, array in weights.items()})
@@ -229,6 +232,8 @@ def fit(
     count = len(labels.shares)
     batches = math.ceil(count / config.batch_size)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, epochs * batches)
+    # Wider networks, more passes, another seed and classified commands do not do better: see
+    # docs/results/history/2026-11-27.md, narrow fields, labels and the shield.
     total = 0.0
     for _ in range(epochs):
         order, side = rng.permutation(count), rng.integers(2, size=count)

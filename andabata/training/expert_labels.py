@@ -103,6 +103,8 @@ class Mixture:
             self._is_expert = self._rng.random() < self._share
         if self._policy is not None and not self._is_expert:
             command = self._vehicle.limited(command_of(self._policy.act(seen)))
+            # The expert identifies the dynamics from what was commanded: it has to know of
+            # commands that were not its own.
             self._expert.took(command)
         self._observer.took(command)
         return command
@@ -132,13 +134,18 @@ def drive_and_label(
         drive: Drive.
     """
     rng = np.random.default_rng([seed, drive.number])
+    # The policy reads delay, lag and accelerations, and could not learn from one robot's alone what
+    # they mean.
     vehicle = PLANAR_VEHICLES["barn-drawn" if rng.random() < config.drawn_share else "barn"]
     fields = NARROW if rng.random() < config.narrow_share else PUBLISHED
     world = barn_world(config.first_seed + drive.number, fields)
     (task,) = world.room.tasks
+    # Generators of their own: a policy that draws more or less changes no noise of the robot.
     robot_rng, expert_rng, turns = rng.spawn(3)
     robot = SimulatedPlanarRobot(world.room, task, vehicle, BARN_LIDAR, robot_rng)
     driver = Mixture(
+        # Whatever is driven, the expert takes it for this robot and identifies the rest, as in an
+        # evaluation.
         MpcNavigator(PLANAR_VEHICLES["barn"], expert_rng),
         None if policy is None else policy_from_bytes(policy),
         drive.share,

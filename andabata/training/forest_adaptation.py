@@ -67,6 +67,8 @@ class Adaptation:
         """
         for name, before in self.before.items():
             after = self.after[name]
+            # A drive crosses free ground, hardly anything that blocks: fewer false alarms could
+            # be bought with misses that none of its labels shows.
             if before.recall - after.recall > config.recall_loss:  # False without blocked cells.
                 raise RecallLostError(
                     f"{name}: expected a loss of recall of at most {config.recall_loss:g}, got "
@@ -138,6 +140,8 @@ def split_in_time(
         config: Share of the first part, and the gap.
     """
     stamps = drive.stamps
+    # By time, not by chance: clouds of neighbouring seconds show the same ground, so that a part
+    # drawn by chance would be known to the forest.
     end = stamps[0] + config.learned_share * (stamps[-1] - stamps[0])
     first, last = stamps <= end, stamps > end + config.gap
     return drive.cells.select(first[drive.cells.cloud]), drive.cells.select(last[drive.cells.cloud])

@@ -89,6 +89,7 @@ def _play(
 ) -> list[Episode]:
     """Play one stage's episodes in this process, which keeps its environments."""
     config, actor = stages[specs[0].stage], policy_from_bytes(policy)
+    # Worlds and classifiers of an environment are not made anew in each iteration.
     name = hash(config.model_dump_json())
     if isinstance(config, RoomConfig) or is_planar(config):
         if name not in _batches:

@@ -62,6 +62,8 @@ def learn(
         FileNotFoundError: If there is nothing to resume.
     """
     models = models or Models()
+    # A second thread made gradient steps twelve times as slow wherever another program needed its
+    # core (docs/results/learning.md, what bounds the time).
     use_one_thread()
     make_folder(folder)
     settings = plan.model_dump(mode="json")
@@ -82,11 +84,13 @@ def learn(
     sampler = ParallelSampler(_environments(tasks), models, engine or SerialEngine())
     schedule = plan.curriculum(stages, seed)
     curriculum = Curriculum(schedule, sampler, checkpoint, renderer_of(tasks[-1]))
+    # Iterations after the last checkpoint are played again.
     history = history[: curriculum.iterations]
     for iteration in curriculum.run():
         history.append(asdict(iteration))
         if iteration.is_last or curriculum.iterations % plan.checkpoint_every == 0:
             policy = curriculum.policy(origin | {"stage": iteration.name}).to_bytes()
+            # The next stage overwrites the latest policy; that of this one is kept beside it.
             if iteration.is_last:
                 atomic_io.write(folder / f"policy_{iteration.name}.safetensors", policy)
             _write(folder, history, policy, curriculum.to_bytes())
@@ -122,6 +126,8 @@ def _checkpoint(folder: Path, origin: dict[str, Any], resume: bool, changed: boo
             raise ValueError(
                 f"{name}: expected {before.get(name)}, as it began, got {origin[name]}"
             )
+    # Settings decide whether it is the same run; code and classifiers only whether the end has the
+    # same bytes, which a user may do without.
     for name in ("forest", "ground_classifier", "commit"):
         if before.get(name) != origin[name] and not changed:
             raise ValueError(

@@ -107,6 +107,7 @@ def check_kernel_cache() -> Finding:
             "expected a folder to keep machine code in, got none that can be written; set "
             "NUMBA_CACHE_DIR to one",
         )
+    # That there is a folder does not say that this user may write to it.
     with tempfile.TemporaryFile(dir=stats.cache_path):
         return Finding(True, f"kept in {Path(stats.cache_path).parent}")
 
@@ -124,6 +125,7 @@ def check_rays() -> Finding:
     scene = RayScene(World("plane", 0, 0.0, ground, surface, (), (), truth))
     height, count = 0.8, 2000
     bearings = np.linspace(0.0, 20.0 * np.pi, count)
+    # Rays flatter than 2.3 degrees would meet the ground beyond the edge of the plane, at 20 m.
     below = np.linspace(np.deg2rad(3.0), np.deg2rad(90.0), count)
     rays = np.zeros((count, 6), dtype=np.float32)
     rays[:, 2] = height

@@ -56,6 +56,8 @@ def train_cell_classifier(
         Scores, importances and thresholds, ready for JSON, and the training cells.
     """
     manifests = [read_manifest(folder) for folder in folders]
+    # What counts as blocked depends on the plants that the robot of the clouds may cross, and so do
+    # the features of heights.
     grid = _with_limit_of(manifests, grid)
     pairs = zip(folders, manifests, strict=True)
     with console.progress("clouds", sum(len(each.of("train")) for each in manifests)) as step:

@@ -68,6 +68,7 @@ def run_drive(
     """
     clips: list[ClipRecorder] = []
     with ExitStack() as stack:
+        # Locked before anything is driven: a second command would be refused after minutes else.
         stack.enter_context(locked_folder(folder))
         view: SimulatedDriveView | None = None
         if request.view is not None:
@@ -103,5 +104,6 @@ def run_drive(
         data |= {"record": str(request.record.path)} if request.record is not None else {}
         data |= {"view": view.report} if view is not None else {}
         console.result(data, drive_text(driven.title, data))
+        # The result is printed first: the page may stay open for as long as somebody looks.
         if view is not None:
             view.finish(driven.title)

@@ -76,6 +76,7 @@ def train_seeds(
     several, results = len(seeds) > 1, []
     for seed in seeds:
         one = folder / f"seed-{seed}" if several else folder
+        # One lock a run, not one for all: several commands may each do some of the seeds.
         with (
             locked_folder(one),
             _watched(chosen, seed, console) as on_iteration,
@@ -105,6 +106,7 @@ def runs_summary(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
     The rate of a run is that of validation, or of exploring where nothing was validated.
     """
     stage = results[-1]["stage"]
+    # Exploring adds noise to every action: validation tells what the policy drives like.
     rates = [run["validation"][stage].get(stage, run["success_rate"]) for run in results]
     return {"runs": list(results), "stage": stage, "rates": rates, "worst": min(rates)}
 
@@ -114,6 +116,7 @@ def _watched(
     stages: Mapping[str, StagePlan], seed: int, console: Console
 ) -> Iterator[Callable[[TrainingIteration], None]]:
     """Yield a function that shows iterations: a live table in a terminal, else a bar."""
+    # A live table in a log would be one long column of frames.
     if console.shows_live:
         view = TrainingView(stages, f"seed {seed}")
         with console.live(view):

@@ -86,6 +86,7 @@ def failure(run: BarnAttempt) -> str | None:
     """Return the kind of a failure: ``collision``, ``timeout`` or ``never_left``; else None."""
     if run.is_success:
         return None
+    # A robot that stands at its start is another fault than one that is late: the clock never ran.
     if run.outcome is Outcome.TIMEOUT and run.time == 0.0:
         return "never_left"
     return str(run.outcome)
@@ -103,6 +104,8 @@ def uncapped(run: BarnAttempt) -> float:
 
 def _score(run: BarnAttempt, fastest: float) -> float:
     """Return the score of a run that is as good as one of so many optimal times at best."""
+    # The benchmark caps the score at twice the optimal time, so that more speed earns nothing; the
+    # uncapped one tells fast navigators apart (docs/results/barn.md).
     best = run.detail.optimal_time
     return run.is_success * best / min(max(run.time, fastest * best), _SLOWEST * best)
 

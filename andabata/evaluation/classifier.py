@@ -50,6 +50,8 @@ def score_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
         raise DatasetError(f"{folder}: expected clouds of the {split} split, got none")
     states, predicted, sure, kind = (np.stack(rows) for rows in (truth, called, clear, worlds))
     scores = CellScores.of(states, predicted).as_dict()
+    # Recall within 5 m has a target of its own (docs/results/perception.md, the shipped cell
+    # classifier).
     near = np.where(grid.ring_edges[:-1] < NEAR_RANGE, states, CellState.EMPTY)
     scores["beyond_doubt"] = CellScores.of(
         np.where(sure, states, CellState.EMPTY), predicted

@@ -239,6 +239,7 @@ def _drive(
         failure = _failure(scene.world, attempts[-1], simulated_robot, walkers)
         if failure is not None:
             on_failure(failure)
+    # Bullet keeps a world until its connection is closed.
     simulated_robot.close()
     return attempts
 
@@ -250,6 +251,7 @@ def _failure(
     walkers: Sequence[NDArray[np.float64]],
 ) -> Failure | None:
     """Return a failure as the robot saw it, None where it saw nothing yet."""
+    # Made here: the navigator, whose drive is over, makes no scan of the pose at the end.
     truth = simulated_robot.simulator.vehicle.state
     scan = simulated_robot.perception.scan(truth.stamp, simulated_robot.localizer)
     if scan is None:
@@ -263,6 +265,7 @@ def _keep_walkers(kept: list[NDArray[np.float64]], readings: SensorReadings) -> 
     """Add the walkers of readings to those of the last control steps, where there are any."""
     if readings.walkers is not None:
         kept.append(readings.walkers)
+        # A drive of five minutes has 3,000 steps, and the picture shows the last ones.
         del kept[:-_SHOWN_WALKERS]
 
 

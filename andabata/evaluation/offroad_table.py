@@ -69,6 +69,7 @@ def _goal_row(trials: Sequence[OffroadAttempt], goals: int, label: int | str) ->
         }
 
     def spl(sample: Sample) -> Row:
+        # Goals that were never tried count as 0: a trial is over at its first failure.
         whole = len(sample.clusters) * (goals if label == "all" else 1)
         return {"spl": sum(attempt.spl for attempt in sample.attempts) / whole}
 
@@ -79,6 +80,8 @@ def _goal_row(trials: Sequence[OffroadAttempt], goals: int, label: int | str) ->
 
 def _trespass_share(sample: Sample) -> Row:
     """Return the share of all that was driven where the true map forbids it."""
+    # Sums, not the mean of shares: a drive of a metre that ends on a slope would weigh like a long
+    # one.
     driven = sum(attempt.distance for attempt in sample.attempts)
     there = sum(attempt.detail.forbidden_distance for attempt in sample.attempts)
     return {"trespass_share": there / driven if driven else None}

@@ -106,6 +106,8 @@ def watch_cell(
     def on_step(robots: RoomVectorEnv, info: dict[str, Any]) -> None:
         moments.append(_moment(robots, fitting.lidar, info))
 
+    # Driven again rather than kept: all moments of a cell's hundred drives, with 1080 beams each,
+    # would take hundreds of megabytes.
     drive = drive_task(policy, task_config, tasks[number], number, on_states, on_step)
     for k, (state, chosen) in enumerate(supports):
         support = support_points_of(k, moments[k].pose, state, chosen, fitting.lidar)
@@ -175,6 +177,7 @@ def watch_barn(
 
     result = drive_barn_run(config, world, name, controller, trial, on_readings)
     moments = []
+    # The path has one pose more, at which nothing was measured any more.
     for pose, (ranges, command) in zip(result.path, seen, strict=False):
         origin, ends, hits = beam_ends(pose, config.lidar, ranges)
         twist, none = (command.linear, command.angular), np.zeros((0, 3))

@@ -112,13 +112,13 @@ def over_rooms(rows: Sequence[Mapping[str, Any]]) -> list[Row]:
         Rows with the counts of the ends and the success rate with its interval (Wilson), which
         takes all drives for independent.
     """
-    found: dict[tuple[str, ...], Counter[str]] = {}
+    totals: dict[tuple[str, ...], Counter[str]] = {}
     for row in rows:
         cell = tuple(row[key] for key in _OVER_ROOMS)
-        found.setdefault(cell, Counter()).update({key: row[key] for key in _COUNTS})
+        totals.setdefault(cell, Counter()).update({key: row[key] for key in _COUNTS})
     return [
         dict(zip(_OVER_ROOMS, cell, strict=True)) | counts | _rate(counts)
-        for cell, counts in found.items()
+        for cell, counts in totals.items()
     ]
 
 
@@ -189,6 +189,7 @@ def _together(sample: Sample) -> Row:
 
 def _movers(sample: Sample) -> Row:
     """Return the number of a room's movers, which the oracle leaves out."""
+    # The oracle drives as if nothing moved: where something does, the ratio to it is no bound.
     return {"movers": len(make_room(sample.attempts[0].scenario).movers)}
 
 
@@ -199,6 +200,7 @@ def _score(sample: Sample) -> Row:
 
 def _steps_to_oracle(attempt: Attempt[Any]) -> float | None:
     """Return the ratio of the steps to those of the oracle; None without a goal or an oracle."""
+    # Failures have no steps to compare: a ratio that counted them would reward early collisions.
     fewest = attempt.detail.oracle_steps
     if fewest is None or not attempt.is_success:
         return None

@@ -106,6 +106,7 @@ def support_points_of(
     numbers, counts = np.unique(chosen[chosen >= 0], return_counts=True)
     rows = points.reshape(-1, 2)[numbers].astype(np.float64)
     ahead, left = (rows[:, ::-1] / (rows**2).sum(axis=1, keepdims=True)).T
+    # From the laser, not the robot's middle: a beam that met nothing ends at its own largest range.
     reached = np.hypot(ahead - lidar.x, left - lidar.y)
     c, s = np.cos(pose[2]), np.sin(pose[2])
     places = pose[:2] + np.stack([c * ahead - s * left, s * ahead + c * left], axis=1)

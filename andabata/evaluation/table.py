@@ -112,6 +112,7 @@ class Sample:
         columns = {key: k for k, key in enumerate(clusters or self.clusters)}
         values = np.zeros((len(rows), len(columns)))
         for attempt in self.attempts:
+            # Attempts of a trial are goals in a row: its last one says how far it came.
             place = rows[self.design.repeat(attempt)], columns[self.design.cluster(attempt)]
             values[place] = measure(attempt) or 0.0
         return values
@@ -162,6 +163,8 @@ def share(test: Test = is_success, name: str = "success_rate", ends: str = "succ
     """
 
     def column(sample: Sample) -> Row:
+        # Over clusters, not attempts: trials of one world are alike, and intervals that take them
+        # for independent are too narrow.
         passed = sample.grid(test) > 0
         low, high = clustered_interval(passed)
         return {name: int(passed.sum()) / passed.size, f"{ends}_low": low, f"{ends}_high": high}
@@ -190,6 +193,7 @@ def mean(name: str, measure: Measure, most: float = np.inf) -> Column:
 
     def column(sample: Sample) -> Row:
         estimate = clustered_mean(sample.grid(measure))
+        # Student's interval of few worlds can go beyond what a score can be.
         low = None if estimate.low is None else max(estimate.low, 0.0)
         high = None if estimate.high is None else min(estimate.high, most)
         return {name: estimate.mean, f"{name}_low": low, f"{name}_high": high}
@@ -207,6 +211,7 @@ def pair(base: Sample, other: Sample, measure: Measure) -> tuple[Any, Any]:
     Raises:
         ValueError: If one has clusters that the other lacks.
     """
+    # A difference over different worlds would be that of the worlds.
     if set(base.clusters) != set(other.clusters):
         lacks = set(base.clusters) ^ set(other.clusters)
         raise ValueError(f"pairs: expected the same scenarios of both, got {len(lacks)} of one")

@@ -51,7 +51,16 @@ def test_a_forest_is_trained_and_evaluated(capsys, clouds, tmp_path):
 def test_a_classifier_of_ground_cells_is_trained_and_evaluated(capsys, clouds, tmp_path):
     """Two clouds teach something; the scores are those of all cells and by distance."""
     out = tmp_path / "ground"
-    words = ["--clouds", str(clouds), "--out", str(out), "--set", "trees=30", "--set", "share=1"]
+    words = [
+        "--clouds",
+        str(clouds),
+        "--out",
+        str(out),
+        "--set",
+        "trees=30",
+        "--set",
+        "sample_share=1",
+    ]
     data = result(capsys, "classifier", "ground", *words)
     assert data["ground_cells"] > 1000
     assert data["f1_red"] > 0.5  # Two clouds teach that much.

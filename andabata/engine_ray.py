@@ -28,8 +28,8 @@ class RayError(ValueError):
 class RayEngine(ParallelEngine):
     """Runs tasks on a Ray cluster, or on a Ray of its own on this machine.
 
-    Ray itself retries nothing, so that each retry is told: a task whose process, raylet or node was
-    lost is handed out again by ``ParallelEngine``.
+    Ray itself retries nothing, so that each retry is reported: a task whose process, raylet or node
+    was lost is handed out again by ``ParallelEngine``.
     """
 
     def __init__(

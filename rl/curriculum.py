@@ -298,7 +298,7 @@ class Curriculum:
 
     @property
     def _driving(self) -> dict[str, Any]:
-        """What policies are told about how they drive."""
+        """Information that policies keep about how they drive."""
         noise = self._config.learner.driving_noise
         return {DRIVING_NOISE: noise} if noise else {}
 

@@ -15,7 +15,7 @@ from rl.td3 import Td3Config, TwinDelayed
 LearnerConfig = Annotated[
     SacConfig | Td3Config | ActorCriticConfig, Field(discriminator="algorithm")
 ]
-"""Settings of any learner, told apart by ``algorithm``."""
+"""Settings of any learner, distinguished by ``algorithm``."""
 
 _LEARNERS: dict[type[BaseLearnerConfig], Callable[..., Learner]] = {
     SacConfig: SoftActorCritic,

@@ -1,9 +1,9 @@
 """Twin delayed deterministic policy gradient (TD3, Fujimoto et al. 2018) on whole episodes.
 
-The learner of GDAE (Cimurs et al. 2022) and of the improved TD3 (Guo et al., section 2.1), told
-apart by their settings: where the critics take the action in (``Fusion``), how the exploration
-noise decays, widths and rates. The defaults are ours (assumptions), but for the smoothing of
-targets and the delay, which are Fujimoto's.
+The learner of GDAE (Cimurs et al. 2022) and of the improved TD3 (Guo et al., section 2.1),
+distinguished by their settings: where the critics take the action in (``Fusion``), how the
+exploration noise decays, widths and rates. The defaults are ours (assumptions), but for the
+smoothing of targets and the delay, which are Fujimoto's.
 """
 
 from typing import Any, Literal

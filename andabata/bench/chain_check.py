@@ -75,7 +75,7 @@ def slower(shipped: Ratios, now: Ratios, reference: float) -> list[Row]:
         for stage in dict.fromkeys([*old, *new]):
             before, after = old.get(stage, np.nan), new.get(stage, np.nan)
             grown = (after - before) * reference
-            # A comparison with NaN is false: a stage without a counterpart is told, too.
+            # A comparison with NaN is false: a stage without a counterpart is reported, too.
             if not (after <= GROWTH * before or grown <= _LEAST):
                 row = {"robot": subject, "stage": stage, "shipped [us]": before * reference}
                 changed.append(row | {"now [us]": after * reference})

@@ -66,8 +66,8 @@ class CloudsConfig(BaseModel):
         undulation: Span of the height of undulations of the ground, with waves of 0.3 to 2 m, root
             mean square [m].
         max_cover: Largest scatter of grass, litter and undulations together, root mean square [m]:
-            what is higher is scaled down, since low plants on broken ground are not told from high
-            ones on level ground.
+            what is higher is scaled down, since low plants on broken ground are not distinguished
+            from high ones on level ground.
         exact_share: Share of the clouds that are taken without noise, dropout and errors of the
             pose, as another simulator's are.
         min_hazard_distance: Least distance of the nearest forbidden ground [m].

@@ -103,7 +103,7 @@ def uncapped(run: BarnAttempt) -> float:
 
 
 def _score(run: BarnAttempt, fastest: float) -> float:
-    """Return the score of a run that is as good as one of so many optimal times at best."""
+    """Return the score of a run; times below so many optimal times count as that many."""
     # The benchmark caps the score at twice the optimal time, so that more speed earns nothing; the
     # uncapped one tells fast navigators apart (docs/results/barn.md).
     best = run.detail.optimal_time

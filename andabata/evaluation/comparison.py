@@ -85,7 +85,7 @@ def run_comparison(
         comparison: Comparison that is driven.
         engine: Engine that runs the cells, on which the result does not depend; None for this
             process.
-        folder: Folder for the journal and the files of the cells, None for none. The files of a
+        folder: Folder for the journal and the files of the cells, or None. The files of a
             cell are written before the journal knows it: a kill in between drives it again.
         on_cell: Function that is called with each cell, at once for those of the journal.
 
@@ -94,15 +94,15 @@ def run_comparison(
     """
     journal = Journal(folder / comparison.journal if folder else None, comparison.about)
     finished = dict(comparison.decode(entry) for entry in journal.entries)
-    cells, told = comparison.cells(), on_cell or _ignore
+    cells, report = comparison.cells(), on_cell or _ignore
     for cell in finished:
-        told(cell)
+        report(cell)
     # A journal may hold cells of a longer run: they are shown, and left out of the result.
     missing = [cell for cell in cells if cell not in finished]
     for _, cell, driven in (engine or SerialEngine()).run(comparison.drive, missing):
         if folder is not None:
             _write(folder, driven.files)
-        told(cell)
+        report(cell)
         entry = comparison.encode(cell, driven.attempts)
         # What the journal rounds or leaves out is missing here, too, as in a run that goes on.
         finished[cell] = comparison.decode(entry)[1]

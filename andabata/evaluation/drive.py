@@ -45,7 +45,7 @@ class Driven:
         cloud: Last levelled cloud around the robot, None with the horizontal scanner.
         walkers: Rows of the world's walkers at each second, as in ``SensorReadings``, float64,
             shape (k, m, 5); m is 0 without any.
-        trace: Motion and error of the pose over time, see ``DriveTrace``; None for none.
+        trace: Motion and error of the pose over time, see ``DriveTrace``, or None.
     """
 
     world: World
@@ -178,11 +178,11 @@ def drive_once(
         config: Robot.
         models: Classifiers and policy; None for the shipped ones.
         on_second: Function that is called after each simulated second.
-        record: Destination of a recording; None for none.
+        record: Destination of a recording, or None.
         time_limit: Longest drive to each goal [s].
         on_robot: Function that is called with the robot before it drives, to add observers.
         goals: Map coordinates (x, y) of goals [m] instead of the task's; none for the task's.
-        operator: Person who takes part in the drive; None for none.
+        operator: Person who takes part in the drive, or None.
 
     Raises:
         GoalError: If no safe path leads to one of the given goals.

@@ -94,7 +94,7 @@ def drive_tasks(
         policy: Policy, for any number of points.
         config: Settings with one room.
         tasks: Starts and goals.
-        on_states: Function that sees what the robots observe; None for none.
+        on_states: Function that sees what the robots observe, or None.
 
     Raises:
         ValueError: If the policy cannot read what the task observes.
@@ -125,8 +125,8 @@ def drive_task(
         config: Settings with one room.
         task: Start and goal.
         number: Number of the task among the others.
-        on_states: Function that sees what the robot observes; None for none.
-        on_step: Function that sees the robot itself; None for none.
+        on_states: Function that sees what the robot observes, or None.
+        on_step: Function that sees the robot itself, or None.
 
     Raises:
         ValueError: If the policy cannot read what the task observes.

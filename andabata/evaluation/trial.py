@@ -89,7 +89,7 @@ def run_trial(
         terminations: Rules of each drive.
         rng: Source of the start's jitter and of all noise.
         on_step: Function that is called with the readings after each control step.
-        operator: Person who takes part; None for none.
+        operator: Person who takes part, or None.
         contender: Name of what drives, for comparisons.
         repetition: Number of the trial in its comparison.
 

@@ -28,7 +28,7 @@ class Vehicle(Protocol):
         Args:
             wheels: Commanded wheel speeds.
             ticks: Number of ticks.
-            walkers: Walkers of the world at the end of each of these ticks; None for none.
+            walkers: Walkers of the world at the end of each of these ticks, or None.
 
         Returns:
             Rows of x, y, z [m] and quaternion x, y, z, w of ``base_footprint`` in the map, actual

@@ -29,7 +29,7 @@ class ControllerInput(NamedTuple):
         odometry: Estimated pose in ``odom``, which drifts and never jumps.
         goal: Goal in the map [m], shape (2,).
         truth: True state, for the oracle alone (simulation only).
-        geofence: Bounds in the map that a field robot is given with its goals; None for none.
+        geofence: Bounds in the map that a field robot is given with its goals, or None.
     """
 
     stamp: float

@@ -63,7 +63,7 @@ class Navigator:
             step, also where no decision is due.
         spectators: Observers for whom nothing is computed: between decisions they get no scan.
         start: Pose in the map and stamp [s] of the last ``reset``, None before.
-        geofence: Bounds of the drive in the map [m]; None for none.
+        geofence: Bounds of the drive in the map [m], or None.
     """
 
     def __init__(

@@ -95,10 +95,10 @@ def settings_page() -> str:
     Raises:
         ValueError: If a field has no text in the ``Attributes`` of its class.
     """
-    text, told = _INTRODUCTION, dict[tuple[type, str], str]()
+    text, written = _INTRODUCTION, dict[tuple[type, str], str]()
     for title, model, use in _SECTIONS:
         text += f"## {title}\n\n{use}\n\n"
-        for group in _groups(_Group("", title, model, None), title, told):
+        for group in _groups(_Group("", title, model, None), title, written):
             if group.path:
                 text += f"### {group.heading}\n\n{_summary(group.model)}\n\n"
             text += table(_HEAD, group.rows) + "\n"
@@ -115,13 +115,13 @@ def attributes(kind: type) -> dict[str, str]:
     return texts
 
 
-def _groups(group: _Group, title: str, told: dict[tuple[type, str], str]) -> Iterator[_Group]:
+def _groups(group: _Group, title: str, written: dict[tuple[type, str], str]) -> Iterator[_Group]:
     """Yield a group with its rows, then those of the models in its fields.
 
     Args:
         group: Group without rows.
         title: Title of the section.
-        told: Headings of the models that the page has already, by model and defaults.
+        written: Headings of the models that the page has already, by model and defaults.
     """
     model, texts = group.model, attributes(group.model)
     if group.values is None and not any(each.is_required() for each in model.model_fields.values()):
@@ -134,12 +134,12 @@ def _groups(group: _Group, title: str, told: dict[tuple[type, str], str]) -> Ite
         kinds, default = _kinds(info), _shown(value)
         if models := list(models_in(info.annotation)):
             path = f"{group.path}{name}" + (".NAME" if get_origin(info.annotation) is dict else "")
-            kinds = _links(group, models, path, value, title, told)
+            kinds = _links(group, models, path, value, title, written)
             default = "" if isinstance(value, BaseModel) else default
         group.rows.append((code(f"{group.path}{name}"), unit, kinds, default, meaning))
     yield group
     for each in group.inner:
-        yield from _groups(each, title, told)
+        yield from _groups(each, title, written)
 
 
 def _links(
@@ -148,21 +148,21 @@ def _links(
     path: str,
     value: Any,  # noqa: ANN401 - any default of a field.
     title: str,
-    told: dict[tuple[type, str], str],
+    written: dict[tuple[type, str], str],
 ) -> str:
-    """Return links to the models of a field; those not told yet become groups of their own."""
+    """Return links to the models of a field; those not yet written become groups of their own."""
     links = []
     for model in models:
         given = value if isinstance(value, model) else None
         key = (model, str(given if given is not None else model.__name__))
-        if key in told:
-            links.append(f"as in [{told[key]}](#{_anchor(told[key])})")
+        if key in written:
+            links.append(f"as in [{written[key]}](#{_anchor(written[key])})")
             continue
         # Of a union, headings name the variant, also those of the groups in it.
         variant = group.variant + (f", {_word(model)}" if len(models) > 1 else "")
-        told[key] = f"{title}: {path}{variant}"
-        group.inner.append(_Group(f"{path}.", told[key], model, given, variant))
-        links.append(f"[below](#{_anchor(told[key])})")
+        written[key] = f"{title}: {path}{variant}"
+        group.inner.append(_Group(f"{path}.", written[key], model, given, variant))
+        links.append(f"[below](#{_anchor(written[key])})")
     return "; ".join(links)
 
 

@@ -56,7 +56,7 @@ def replay_bag(
         path: The recording.
         options: User's choices; None for those of the recording.
         on_second: Function called after each recorded second.
-        viewer: Person who watches; None for none.
+        viewer: Person who watches, or None.
 
     Returns:
         Result, ready for JSON.
@@ -101,8 +101,8 @@ class BagReplay:
             bag: The recording, open.
             options: User's choices.
             on_second: Function called after each recorded second.
-            viewer: Person who watches; None for none.
-            observer: Learner from the replay; None for none.
+            viewer: Person who watches, or None.
+            observer: Learner from the replay, or None.
 
         Raises:
             BagError: If the recording lacks a sensor that the robot needs, or is damaged.

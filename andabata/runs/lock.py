@@ -30,7 +30,7 @@ def locked_folder(folder: Path | None) -> Iterator[Path | None]:
     leaves is no obstacle. Folders that were made for a block that writes nothing are removed.
 
     Args:
-        folder: Folder of the run; None for none.
+        folder: Folder of the run, or None.
 
     Raises:
         RunLockError: If another command writes there.

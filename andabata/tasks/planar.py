@@ -141,7 +141,7 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
         """Renew the observations of some robots in ``_states``."""
 
     def _end_details(self) -> dict[str, NDArray[Any]]:
-        """Return what else is told of episodes that end, arrays of shape (n,); here nothing."""
+        """Return further infos of episodes that end, arrays of shape (n,); here none."""
         return {}
 
     @property

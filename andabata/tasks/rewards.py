@@ -99,7 +99,7 @@ class RoomRewardConfig(BaseModel):
         goal: Reward of the step that reaches the goal.
         collision: Reward of the step that ends in a collision, or stuck.
         progress: Reward of each metre nearer to the goal, c1.
-        step: Reward of every other step, c2: standing still is no way out ([9]: -0.01).
+        step: Reward of every other step, c2: standing still does not pay ([9]: -0.01).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -64,7 +64,7 @@ def random_cluttered_room(
         half: Half of the free space's edge [m].
         gap: Least width of a way [m].
         movers: Fewest and most moving obstacles, of 0.2 to 0.5 m and 0.2 to 0.8 m/s, at random
-            places in each episode (assumption); None for none. The layout does not depend on it.
+            places in each episode (assumption), or None. The layout does not depend on it.
 
     Raises:
         ValueError: If no layout has its coverage.

@@ -16,7 +16,7 @@ Corners = list[Corner]
 """Corners of a closed outline [m]."""
 
 _SAME = 6
-"""Number of decimals by which corners are told apart [m]."""
+"""Number of decimals by which corners are distinguished [m]."""
 
 _THIN = 1e-6
 """Distance from a line up to which a corner is on it [m]."""

@@ -50,7 +50,7 @@ def train_cell_classifier(
         grid: Polar grid of the cells.
         seed: Seed of the forest.
         console: Console that shows the progress.
-        added: Manifest of foreign labelled clouds that are learned from, too; None for none.
+        added: Manifest of foreign labelled clouds that are learned from, too, or None.
 
     Returns:
         Scores, importances and thresholds, ready for JSON, and the training cells.

@@ -29,9 +29,9 @@ class DriveRequest:
         controller: Name of the controller.
         goals: Goals in the map [m]; none for the world's own.
         time_limit: Longest drive to each goal [s].
-        record: Destination of a recording; None for none.
-        clip: File of a moving picture; None for none.
-        view: Choices of a live view; None for none.
+        record: Destination of a recording, or None.
+        clip: File of a moving picture, or None.
+        view: Choices of a live view, or None.
     """
 
     world: str

@@ -41,14 +41,14 @@ PLANAR_NAVIGATORS: dict[str, Maker] = {
     "dwa-goal": lambda vehicle, _: DynamicWindowNavigator(vehicle, DynamicWindowConfig(map=None)),
     "gap": lambda vehicle, _: FollowGapNavigator(vehicle),
     "mpc": MpcNavigator,
-    "mpc-told": lambda vehicle, rng: MpcNavigator(vehicle, rng, is_told=True),
+    "mpc-told": lambda vehicle, rng: MpcNavigator(vehicle, rng, are_dynamics_known=True),
     "distilled": lambda vehicle, _: _distilled(vehicle, has_shield=False),
     "distilled+shield": lambda vehicle, _: _distilled(vehicle, has_shield=True),
     "straight": lambda _, __: StraightNavigator(),
     "random": RandomNavigator,
 }
 """Constant arcs with a time-to-go; the dynamic window, heading for sub-goals of a map or for the
-goal; follow the gap; sampling MPC with dynamics that it identifies, or that it is told; the policy
+goal; follow the gap; sampling MPC with dynamics that it identifies, or that are known; the policy
 that was distilled from it, alone or behind a brake shield; and two that see nothing."""
 
 

@@ -75,7 +75,7 @@ class _Law(NamedTuple):
 
 
 class MoverShield:
-    """Checks the commands of a round robot that drives and turns as it is told.
+    """Checks the commands of a round robot that follows each command exactly.
 
     Attributes:
         config: Settings.

@@ -2,7 +2,7 @@
 
 The laser's hits are remembered around the robot. Over them stands the field of the time to the
 goal, at the end of which the rollouts of the controller are judged. How the robot follows commands
-is identified from its own commands and odometry while it drives, unless it is told.
+is identified from its own commands and odometry while it drives, unless it is known.
 """
 
 import math
@@ -86,7 +86,7 @@ class MpcNavigator:
         mpc: Controller.
         hits: Hit layer.
         time_to_go: Field of the time to the goal.
-        identification: Identification of the dynamics, used unless they are told.
+        identification: Identification of the dynamics, used unless they are known.
         dynamics: Dynamics that the last command was planned with.
     """
 
@@ -95,20 +95,20 @@ class MpcNavigator:
         vehicle: PlanarVehicleConfig,
         rng: np.random.Generator,
         config: MpcNavigatorConfig | None = None,
-        is_told: bool = False,
+        are_dynamics_known: bool = False,
     ) -> None:
         """Prepare for a robot.
 
         Args:
-            vehicle: Outline, limits and period of the robot; its dynamics count if they are told.
+            vehicle: Outline, limits and period of the robot; its dynamics count if they are known.
             rng: Source of randomness; each drive takes the same draws.
             config: Settings.
-            is_told: True to take the dynamics of ``vehicle``, False to identify them.
+            are_dynamics_known: True to take the dynamics of ``vehicle``, False to identify them.
         """
         self.config = config = config or MpcNavigatorConfig()
         hits, footprint, max_speed = config.hits, vehicle.footprint, vehicle.max_speed
         self._period, self._half_width = vehicle.period, inner_radius_of(footprint)
-        self._told = _dynamics_of(vehicle) if is_told else None
+        self._known = _dynamics_of(vehicle) if are_dynamics_known else None
         self.hits = HitLayer(hits)
         speeds = limits_of(self._half_width, max_speed, config.mpc.margin, config.time_to_go)
         self.time_to_go = TimeToGo(hits.cells, hits.cell, speeds, config.time_to_go)
@@ -147,7 +147,7 @@ class MpcNavigator:
         self._stood = np.full(2, np.inf)
         self._periods = 0
         self._rng = np.random.default_rng(self._seed)
-        self.dynamics = self._told or self.identification.estimate().mean
+        self.dynamics = self._known or self.identification.estimate().mean
 
     def act(self, readings: PlanarReadings) -> Twist:
         """Return the command of this control period.
@@ -165,7 +165,7 @@ class MpcNavigator:
         # What the last command has done.
         self._speeds[:-1] = self._speeds[1:].copy()
         self._speeds[-1] = velocity.linear, velocity.angular
-        if self._told is None and self._periods:
+        if self._known is None and self._periods:
             self.identification.update(Twist(*self._past[-1].tolist()), velocity)
             self.dynamics = self.identification.estimate().mean
         # What stands around, and how long the way takes from where.

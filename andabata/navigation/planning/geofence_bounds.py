@@ -44,7 +44,7 @@ def geofence_in_odom(
     """Return a geofence of the map as it lies in ``odom``.
 
     Args:
-        geofence: Bounds in the map [m]; None for none.
+        geofence: Bounds in the map [m], or None.
         turn: Yaw of the map's pose less that in ``odom`` [rad].
         shift: Origin of ``odom`` in the map [m].
     """

@@ -167,7 +167,7 @@ class LocalPlanner:
         """Plan inside a geofence.
 
         Args:
-            geofence: Bounds in the map; None for none.
+            geofence: Bounds in the map, or None.
             pose: Pose of the robot in the map; None where map and ``odom`` are the same.
             odometry: Pose of the robot in ``odom``.
         """

@@ -3,8 +3,8 @@
 A recording is known as a whole (``bursts``). Live, a burst is spread when it has arrived, over the
 time that has passed: its last reading keeps its stamp, and no reading waits. So the robot has the
 others up to the length of a burst late, as the driver that collects them makes it. A driver that
-stamps the begin of a block cannot be told from one that stamps its end before the block is over:
-live, a burst is taken as what was measured before it.
+stamps the begin of a block cannot be distinguished from one that stamps its end before the block
+is over: live, a burst is taken as what was measured before it.
 """
 
 import numpy as np

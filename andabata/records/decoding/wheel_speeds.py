@@ -54,7 +54,7 @@ class JointSpeeds:
         Args:
             remarks: Destination of remarks.
             topic: Topic that remarks are about.
-            facts: Facts that are known before; None for none.
+            facts: Facts that are known before, or None.
         """
         facts = facts or JointFacts()
         self._remarks, self._topic = remarks, topic

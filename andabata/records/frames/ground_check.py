@@ -47,7 +47,7 @@ class GroundCheck:
 
         Args:
             points: Points in the levelled base frame, or that fixed to the body [m], shape (n, 3).
-            tilt: Rotation from the body to the frame; None for none.
+            tilt: Rotation from the body to the frame, or None.
         """
         plane = ground_plane(points)
         if plane is None:

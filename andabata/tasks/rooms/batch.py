@@ -16,7 +16,7 @@ from worlds.world import Start
 
 
 class DiscRobotConfig(BaseModel):
-    """A round robot that drives and turns as it is told (assumption; SPN names its radius alone).
+    """A round robot that follows each command exactly (assumption; SPN names its radius alone).
 
     Attributes:
         radius: Radius [m] (paper: 0.2).

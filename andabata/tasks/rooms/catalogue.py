@@ -6,7 +6,7 @@ from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.rooms.td3_config import JUDGES, SCENES, Td3TaskConfig
 
 RoomTaskConfig = SpnConfig | Td3TaskConfig
-"""Settings of any task in rooms, told apart by ``task``."""
+"""Settings of any task in rooms, distinguished by ``task``."""
 
 ROOM_TASKS: Mapping[str, type[RoomTaskConfig]] = {"spn": SpnConfig, "td3": Td3TaskConfig}
 """Settings of each task."""

@@ -157,7 +157,7 @@ class RoomRenderer:
             places: Index of each robot's room, shape (n,).
             motions: Motion of each robot, shape (n, 5).
             targets: Goal, or sub-goal, that each robot is given [m], shape (n, 2).
-            movers: Moving obstacles; of those that are not there nothing is told.
+            movers: Moving obstacles; those that are not there have radius 0.
             earlier: Earlier scans, where the terms have one.
         """
         columns = [places[:, None], motions, targets]

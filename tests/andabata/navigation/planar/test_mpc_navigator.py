@@ -37,10 +37,10 @@ def readings(pose=START, velocity=REST, ranges=None):
     return PlanarReadings(0.0, pose, velocity, ranges_from(pose) if ranges is None else ranges)
 
 
-def made(config=None, is_told=False, vehicle="barn"):
+def made(config=None, are_dynamics_known=False, vehicle="barn"):
     """Return a navigator."""
     rng = np.random.default_rng(0)
-    return MpcNavigator(PLANAR_VEHICLES[vehicle], rng, config, is_told)
+    return MpcNavigator(PLANAR_VEHICLES[vehicle], rng, config, are_dynamics_known)
 
 
 def driven(navigator, vehicle, seconds=8.0):
@@ -78,7 +78,7 @@ def test_it_arrives_among_posts_without_contact_and_knows_the_dynamics(vehicle):
 
 def test_told_dynamics_are_kept():
     """Nothing is identified then."""
-    navigator = made(is_told=True, vehicle="barn-slow")
+    navigator = made(are_dynamics_known=True, vehicle="barn-slow")
     navigator.reset(LIDAR, GOAL)
     for _ in range(5):
         navigator.act(readings(velocity=Twist(0.5, 0.0)))

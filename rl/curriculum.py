@@ -177,7 +177,7 @@ class Curriculum:
         # One at least is the stage's own, however large the share: else nothing would move on.
         old = min(round(count * stage.rehearsal), count - 1) if at.stage else 0
         own = min(count - old, stage.episodes - at.episodes)
-        found = [
+        specs = [
             EpisodeSpec(at.stage, (config.seed, at.stage, at.episodes + k), at.levels[at.stage])
             for k in range(own)
         ]
@@ -185,8 +185,8 @@ class Curriculum:
             number = at.iteration * old + k
             before = number % at.stage
             seed = (config.seed, at.stage, number, before, 2)
-            found.append(EpisodeSpec(before, seed, at.levels[before]))
-        return found
+            specs.append(EpisodeSpec(before, seed, at.levels[before]))
+        return specs
 
     def _move_on(self, stage: Stage, own: Sequence[Episode], steps: int) -> None:
         """Count what was played, and make the stage's worlds harder or easier."""

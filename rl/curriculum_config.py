@@ -41,12 +41,14 @@ class Difficulty(BaseModel):
             return level
         share = float(np.mean(successes[-self.window :]))
         change = self.step * (int(share >= self.raise_at) - int(share < self.lower_at))
-        found = min(max(level + change, self.min_level), self.max_level)
+        next_level = min(max(level + change, self.min_level), self.max_level)
         # Thirds of the range end at its bounds, not a rounding error beside them.
         near = [
-            bound for bound in (self.min_level, self.max_level) if abs(found - bound) < _SAME_LEVEL
+            bound
+            for bound in (self.min_level, self.max_level)
+            if abs(next_level - bound) < _SAME_LEVEL
         ]
-        return round(near[0] if near else found, 6)
+        return round(near[0] if near else next_level, 6)
 
 
 class Stage(BaseModel):

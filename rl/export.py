@@ -14,7 +14,7 @@ from rl.policy import Policy
 from rl.spaces import ActionSpec, ObservationSpec
 
 
-class ExportError(ValueError):
+class PolicyExportError(ValueError):
     """A policy that cannot be exported here."""
 
 
@@ -36,10 +36,10 @@ def policy_to_onnx(policy: Policy) -> bytes:
         policy: A multilayer perceptron, or a policy on a set of points.
 
     Raises:
-        ExportError: If onnx is not installed, or the policy is of another architecture.
+        PolicyExportError: If onnx is not installed, or the policy is of another architecture.
     """
     if not isinstance(policy, (PerceptronPolicy, PointSetPolicy)):
-        raise ExportError(
+        raise PolicyExportError(
             "expected a multilayer perceptron or a policy on points, got a policy "
             f"{policy.architecture!r}"
         )
@@ -47,7 +47,7 @@ def policy_to_onnx(policy: Policy) -> bytes:
         import onnx
     except ImportError as error:
         message = "expected the package onnx, got none; install the extra `onnx`"
-        raise ExportError(message) from error
+        raise PolicyExportError(message) from error
     graph = _Graph(onnx)
     if isinstance(policy, PointSetPolicy):
         return _point_set_model(graph, policy)

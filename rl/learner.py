@@ -52,13 +52,13 @@ def find_device(device: Device) -> torch.device:
     Raises:
         DeviceError: If there is none.
     """
-    found = torch.cuda.is_available()
-    if device == "cuda" and not found:
+    has_cuda = torch.cuda.is_available()
+    if device == "cuda" and not has_cuda:
         raise DeviceError(
             "learner.device: expected a GPU that torch finds for 'cuda', got none; "
             "take 'cpu', or install torch's build for CUDA"
         )
-    return torch.device("cuda" if device != "cpu" and found else "cpu")
+    return torch.device("cuda" if device != "cpu" and has_cuda else "cpu")
 
 
 class Learner(ABC):

@@ -185,8 +185,8 @@ def outputs(x: Tensor, layers: nn.ModuleList) -> Tensor:
     """Return the outputs of the last of several layers with a ReLU between them."""
     for layer in layers[:-1]:
         x = torch.relu(layer(x))
-    found: Tensor = layers[-1](x)
-    return found
+    values: Tensor = layers[-1](x)
+    return values
 
 
 def mean_and_sigma(x: Tensor, layers: nn.ModuleList) -> tuple[Tensor, Tensor]:

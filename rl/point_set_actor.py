@@ -146,10 +146,10 @@ class _SelectedPoints(torch.autograd.Function):
     ) -> tuple[Tensor | None, ...]:
         """Return the gradients of gates and layers."""
         observations, gates, *layers = (_array(tensor) for tensor in ctx.saved_tensors)
-        found = feature_gradients(
+        gradients = feature_gradients(
             observations, ctx.layout, PointLayers(*layers), gates, ctx.selected, _array(outer[0])
         )
-        return (None, None, *(torch.from_numpy(gradient) for gradient in found))
+        return (None, None, *(torch.from_numpy(gradient) for gradient in gradients))
 
 
 def _array(tensor: Tensor) -> NDArray[np.float32]:

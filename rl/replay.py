@@ -109,12 +109,12 @@ class Replay:
     def sample(self, count: int, rng: np.random.Generator) -> dict[str, Tensor]:
         """Return random decisions, columns of ``count`` rows; states are rendered where needed."""
         rows = rng.integers(len(self), size=count)
-        found = {name: column[rows] for name, column in self._columns.items()}
+        batch = {name: column[rows] for name, column in self._columns.items()}
         if self._renderer is not None:
             # Both ends in one call, so that a renderer can give them the same sensor.
-            both = self._renderer(np.concatenate([found["states"], found["next_states"]]), rng)
-            found["states"], found["next_states"] = both[:count], both[count:]
-        return {name: torch.from_numpy(column) for name, column in found.items()}
+            both = self._renderer(np.concatenate([batch["states"], batch["next_states"]]), rng)
+            batch["states"], batch["next_states"] = both[:count], both[count:]
+        return {name: torch.from_numpy(column) for name, column in batch.items()}
 
     def tensors(self) -> dict[str, Tensor]:
         """Return the content, for a checkpoint."""

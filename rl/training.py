@@ -185,11 +185,11 @@ def play_together(
         explore: True to draw actions at random around the policy's best.
     """
     waiting = list(enumerate(specs))[::-1]
-    found: dict[int, Episode] = {}
+    episodes_by_index: dict[int, Episode] = {}
     playing: dict[int, EpisodeRecorder] = {}
     actions = np.zeros((environments.num_envs, policy.actions.size), dtype=np.float32)
     states, info = np.zeros((0, 0), dtype=np.float32), dict[str, Any]()
-    while len(found) < len(specs):
+    while len(episodes_by_index) < len(specs):
         idle = [k for k in range(environments.num_envs) if k not in playing][: len(waiting)]
         if idle:
             playing |= {k: EpisodeRecorder(*waiting.pop()) for k in idle}
@@ -203,8 +203,10 @@ def play_together(
                     end = {key: info[key][k] for key in _ENDS if key in info}
                     last = info.get(SITUATIONS, states)[k]
                     recorder = playing.pop(k)
-                    found[recorder.number] = recorder.finished(last, bool(terminated[k]), end)
-    return [found[number] for number in range(len(specs))]
+                    episodes_by_index[recorder.number] = recorder.finished(
+                        last, bool(terminated[k]), end
+                    )
+    return [episodes_by_index[number] for number in range(len(specs))]
 
 
 def _begin(

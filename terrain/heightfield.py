@@ -77,9 +77,9 @@ class Heightfield:
         along, across = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
         if along.shape != across.shape:
             along, across = np.broadcast_arrays(along, across)
-        found = np.empty(along.shape)
-        _interpolate(self.heights, self.cell, along.ravel(), across.ravel(), found.ravel())
-        return found
+        heights = np.empty(along.shape)
+        _interpolate(self.heights, self.cell, along.ravel(), across.ravel(), heights.ravel())
+        return heights
 
     def triangles(self) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
         """Return the surface as triangles that face upwards.
@@ -106,7 +106,7 @@ def _interpolate(
     cell: float,
     x: NDArray[np.float64],
     y: NDArray[np.float64],
-    found: NDArray[np.float64],
+    result: NDArray[np.float64],
 ) -> None:
     """Write the heights of the triangulated surface at places.
 
@@ -115,13 +115,13 @@ def _interpolate(
         cell: Distance between grid lines [m].
         x: Map x of the places [m], shape (k,).
         y: Map y of the places [m], shape (k,).
-        found: Output: heights [m], shape (k,).
+        result: Output: heights [m], shape (k,).
     """
     nx, ny = heights.shape
     half_x, half_y = (nx - 1) * cell / 2, (ny - 1) * cell / 2
     for k in range(len(x)):
         if np.isnan(x[k]) or np.isnan(y[k]):
-            found[k] = np.nan
+            result[k] = np.nan
             continue
         u = min(max((x[k] + half_x) / cell, 0.0), nx - 1.0)
         v = min(max((y[k] + half_y) / cell, 0.0), ny - 1.0)
@@ -130,6 +130,6 @@ def _interpolate(
         a, b, c, d = heights[i, j], heights[i + 1, j], heights[i, j + 1], heights[i + 1, j + 1]
         # Each cell is two triangles; the place decides between them.
         if u + v <= 1.0:
-            found[k] = a + u * (b - a) + v * (c - a)
+            result[k] = a + u * (b - a) + v * (c - a)
         else:
-            found[k] = d + (1 - u) * (c - d) + (1 - v) * (b - d)
+            result[k] = d + (1 - u) * (c - d) + (1 - v) * (b - d)

@@ -157,11 +157,11 @@ def _base() -> Path:
 def _read(path: Path) -> tuple[bytes, tuple[Path, ...]]:
     """Return the SHA-256 of a source file, and the files of these packages that it imports."""
     source = path.read_bytes()
-    found: list[Path] = []
+    imported: list[Path] = []
     for module, names in _IMPORT.findall(source.decode()):
         # "from a.b import c": c may be a module itself, or a name in a/b.py or a/b/__init__.py.
         for name in (module, *(f"{module}.{word}" for word in re.findall(r"\w+", names))):
             place = _ROOT.joinpath(*name.split("."))
             files = (place.with_suffix(".py"), place / "__init__.py")
-            found.extend(file for file in files if file.is_file())
-    return hashlib.sha256(source).digest(), tuple(found)
+            imported.extend(file for file in files if file.is_file())
+    return hashlib.sha256(source).digest(), tuple(imported)

@@ -48,13 +48,13 @@ def hull(semantic: SemanticClass, points: NDArray[np.floating]) -> SceneObject:
         semantic: Semantic class.
         points: Points in the map frame [m], shape (n, 3).
     """
-    found = ConvexHull(points)
+    convex_hull = ConvexHull(points)
     renumber = np.zeros(len(points), dtype=np.uint32)
-    renumber[found.vertices] = np.arange(len(found.vertices))
+    renumber[convex_hull.vertices] = np.arange(len(convex_hull.vertices))
     # scipy's simplices have no consistent orientation.
-    _turn_outwards(points, found.simplices, found.equations)
+    _turn_outwards(points, convex_hull.simplices, convex_hull.equations)
     return SceneObject(
-        semantic, points[found.vertices].astype(np.float32), renumber[found.simplices]
+        semantic, points[convex_hull.vertices].astype(np.float32), renumber[convex_hull.simplices]
     )
 
 

@@ -85,14 +85,14 @@ def tiles(
     level = ground.height_at(x, y)
     rise_x = (ground.height_at(x + half, y) - ground.height_at(x - half, y)) / 2
     rise_y = (ground.height_at(x, y + half) - ground.height_at(x, y - half)) / 2
-    found = []
+    stands = []
     for k in range(len(places)):
         corners = _CORNERS * [half, half, 1.0]
         z = level[k] + corners[:, 0] / half * rise_x[k] + corners[:, 1] / half * rise_y[k]
         z += np.where(corners[:, 2] > 0, heights[k], -_ROOTS)
         vertices = np.column_stack([x[k] + corners[:, 0], y[k] + corners[:, 1], z])
-        found.append(SceneObject(kind, vertices.astype(np.float32), _TRIANGLES))
-    return found
+        stands.append(SceneObject(kind, vertices.astype(np.float32), _TRIANGLES))
+    return stands
 
 
 _CORNERS = np.array(

@@ -28,10 +28,16 @@ def wheel(tmp_path_factory):
     return Path(next(WheelBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])))
 
 
-def test_a_wheel_holds_every_file_of_the_packages_and_no_other(wheel):
+STUDIES = "andabata/bench/studies/"
+"""Folder of what runs from the repository alone."""
+
+
+def test_a_wheel_holds_every_file_of_the_packages_but_studies_and_no_other(wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
-    assert names == files_of_packages()
+    studies = {name for name in files_of_packages() if name.startswith(STUDIES)}
+    assert studies
+    assert names == files_of_packages() - studies
     kinds = {Path(name).suffix for name in names}
     assert {".py", ".toml", ".npz", ".safetensors"} <= kinds
 

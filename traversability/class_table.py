@@ -107,9 +107,9 @@ class ClassTable:
         place = cloud.resolve()
         names = {"parent": place.parent.name, "grandparent": place.parent.parent.name}
         for pattern in ("{stem}.label", *self.labels_at):
-            found = cloud.parent / pattern.format(stem=stem, **names)
-            if found.is_file():
-                return found
+            labels = cloud.parent / pattern.format(stem=stem, **names)
+            if labels.is_file():
+                return labels
         return None
 
     def apply(self, decoded: DecodedCloud) -> DecodedCloud:
@@ -130,10 +130,10 @@ class ClassTable:
                 "beside the cloud, got neither"
             )
         judged = self.judge(cloud.classes)
-        found = tuple(np.unique(cloud.classes).tolist())
+        codes = tuple(np.unique(cloud.classes).tolist())
         unlabelled = int((~judged.known).sum())
         marked: PointCloud = replace(cloud, nontraversable=judged.bad)
-        labelling = Labelling(self.free, False, found, unlabelled)
+        labelling = Labelling(self.free, False, codes, unlabelled)
         return replace(decoded, cloud=marked, labelling=labelling).noting(*self._remarks(judged))
 
     def _remarks(self, judged: Judged) -> list[str]:
@@ -189,7 +189,7 @@ def _table(name: str, text: str) -> ClassTable:
     """
     try:
         content: dict[str, Any] = tomllib.loads(text)
-        found = _File.model_validate(content)
+        parsed = _File.model_validate(content)
     except tomllib.TOMLDecodeError as error:
         raise ClassTableError(f"{name}: expected TOML, got {error}") from error
     except ValidationError as error:
@@ -199,6 +199,6 @@ def _table(name: str, text: str) -> ClassTable:
             f"{name}: {place + ': ' if place else ''}{first['msg']}; expected sections free, "
             'blocked and unknown of lines NUMBER = "name"'
         ) from error
-    kinds = {kind: tuple(getattr(found, kind)) for kind in _KINDS}
-    rename = tuple(found.rename.items())
-    return ClassTable(name, **kinds, labels_at=found.labels_at, rename=rename)
+    kinds = {kind: tuple(getattr(parsed, kind)) for kind in _KINDS}
+    rename = tuple(parsed.rename.items())
+    return ClassTable(name, **kinds, labels_at=parsed.labels_at, rename=rename)

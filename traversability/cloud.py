@@ -168,10 +168,10 @@ def are_returns(coordinates: NDArray[Any], frame: str) -> NDArray[np.bool_]:
         coordinates: Coordinates in ``frame`` [m], shape (n, 3).
         frame: Name of the frame.
     """
-    found = np.asarray(np.isfinite(coordinates).all(axis=1))
+    is_return = np.asarray(np.isfinite(coordinates).all(axis=1))
     if frame not in BASE_FRAMES:
-        found &= (coordinates != 0).any(axis=1)
-    return found
+        is_return &= (coordinates != 0).any(axis=1)
+    return is_return
 
 
 def joined(parts: Sequence[PointCloud]) -> PointCloud:

@@ -165,10 +165,10 @@ def read_clouds(
         path = folder / entry.file
         if not path.is_file():
             raise DatasetError(f"{path}: expected a cloud of the manifest, got no such file")
-        found = hashlib.sha256(path.read_bytes()).hexdigest()
-        if found != entry.sha256:
+        sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+        if sha256 != entry.sha256:
             raise DatasetError(
-                f"{path}: expected SHA-256 {entry.sha256[:12]}..., got {found[:12]}...; the file "
+                f"{path}: expected SHA-256 {entry.sha256[:12]}..., got {sha256[:12]}...; the file "
                 "was changed or damaged, make the clouds again"
             )
         cloud = read_cloud(path)

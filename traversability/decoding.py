@@ -88,8 +88,8 @@ class DecodedCloud:
             *remarks: Sentences to add.
             lost: True if they report lost data.
         """
-        found = (*self.remarks, *remarks)
-        return replace(self, remarks=found, data_lost=self.data_lost or lost)
+        joined_remarks = (*self.remarks, *remarks)
+        return replace(self, remarks=joined_remarks, data_lost=self.data_lost or lost)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # Damaged files hold any bit pattern.
@@ -161,15 +161,15 @@ def _coordinates(
     """Return x, y, z [m], shape (n, 3), and a remark where their type leaves the unit open."""
     if not set(COORDINATES) <= set(table):
         raise FormatError(f"expected fields x, y, z, got {', '.join(table) or 'none'}")
-    found = np.stack([table[name].astype(np.float64) for name in COORDINATES], axis=1)
+    coordinates = np.stack([table[name].astype(np.float64) for name in COORDINATES], axis=1)
     if units is not None:
         across, up = units.metres
-        found *= (across, across, up)
-    found[np.abs(found) > _MAX_FLOAT32] = np.inf  # Beyond float32 there are no lengths.
+        coordinates *= (across, across, up)
+    coordinates[np.abs(coordinates) > _MAX_FLOAT32] = np.inf  # Beyond float32 there are no lengths.
     kinds = {table[name].dtype.name for name in COORDINATES if table[name].dtype.kind in "iu"}
     if not kinds or units is not None:
-        return found, []
-    return found, [
+        return coordinates, []
+    return coordinates, [
         f"fields x, y, z: whole numbers ({', '.join(sorted(kinds))}) taken as metres; if they are "
         "another unit, give its length in metres with --unit"
     ]

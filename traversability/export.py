@@ -10,7 +10,7 @@ from traversability.forest import Forest
 from traversability.trees.flat import Trees
 
 
-class ExportError(ValueError):
+class ForestExportError(ValueError):
     """An export that is not possible in this installation."""
 
 
@@ -25,13 +25,13 @@ def forest_to_onnx(forest: Forest) -> bytes:
         forest: Forest to export.
 
     Raises:
-        ExportError: If onnx is not installed.
+        ForestExportError: If onnx is not installed.
     """
     try:
         from onnx import TensorProto, checker, helper
     except ImportError as error:
         message = "expected the package onnx, got none; install the extra `onnx`"
-        raise ExportError(message) from error
+        raise ForestExportError(message) from error
     constants: list[Any] = []
     nodes, result = _trees(helper, forest, constants)
     if forest.screen is not None:

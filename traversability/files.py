@@ -321,16 +321,16 @@ def _from_bare_floats(
     nuscenes = path.name.lower().endswith(".pcd.bin")
     likely = _NUSCENES_COLUMNS if nuscenes else _KITTI_COLUMNS
     table, remark = bare_floats.parse(data, width, likely)
-    found = len(table)
+    rows = len(table)
     beside = path.parent.parent / "labels" / f"{path.stem}.label"
     labelling = None
     if labels is not None:
         decoded = decode_columns(_with_classes(table, path, labels), units=units)
-        return replace(decoded, columns=found).noting(*([remark] if remark else []))
+        return replace(decoded, columns=rows).noting(*([remark] if remark else []))
     if path.parent.name == "velodyne" and beside.is_file():
         table, labelling = labelled(table, beside)
     decoded = decode_columns(table, units=units)
-    decoded = replace(decoded, columns=found, labelling=labelling)
+    decoded = replace(decoded, columns=rows, labelling=labelling)
     remarks = [remark] if remark else []
     if labelling is not None and labelling.assumed:
         good = ", ".join(map(str, labelling.traversable))

@@ -159,8 +159,8 @@ def _fit_forest(
         limit: Limit of the screen; None for no screen.
     """
     if not _both_kinds(samples.blocked):
-        found = f"{int(samples.blocked.sum())} blocked of {len(samples.blocked)}"
-        raise ValueError(f"blocked: expected cells of both kinds, got {found}; add clouds")
+        counts = f"{int(samples.blocked.sum())} blocked of {len(samples.blocked)}"
+        raise ValueError(f"blocked: expected cells of both kinds, got {counts}; add clouds")
     screen = None
     if limit is not None:
         screen = Screen(_fit_screen(samples, config, seed), limit)
@@ -256,15 +256,15 @@ def early_exits(
     final = leaf_sums(trees, features)
     # Cells blocked at the lower limit must not leave as free; at the higher one the reverse.
     blocked, free = final >= limits.min(), final < limits.max()
-    found = []
+    exits = []
     for after in config.exits:
         if after >= len(trees.roots) or not (blocked.any() and free.any()):
             break
         part = leaf_sums(trees.between(0, after), features)
         low = min(float(np.quantile(part[blocked], config.exit_loss)), limits.min())
         high = max(float(np.quantile(part[free], 1 - config.exit_loss)), limits.max())
-        found.append(Exit(after, low, high))
-    return tuple(found)
+        exits.append(Exit(after, low, high))
+    return tuple(exits)
 
 
 def importances(forest: Forest, samples: CellSamples, seed: int) -> dict[str, float]:

@@ -61,9 +61,9 @@ def rule_obstacles(
     cells = cells_of_quarters(grid)
     # A NumPy sum keeps the limits float32, as the heights are.
     limits = _levels(points, bins, cells, quantile) + height
-    found = np.empty(len(points), dtype=np.bool_)
-    _find_obstacles(points, bins, cells, limits, found)
-    return found
+    is_obstacle = np.empty(len(points), dtype=np.bool_)
+    _find_obstacles(points, bins, cells, limits, is_obstacle)
+    return is_obstacle
 
 
 @kernel
@@ -136,8 +136,8 @@ def _find_obstacles(
     bins: NDArray[np.int32],
     cells: NDArray[np.int64],
     limits: NDArray[np.float32],
-    found: NDArray[np.bool_],
+    is_obstacle: NDArray[np.bool_],
 ) -> None:
     """Write which points lie above the limit of their cell [m]."""
     for k in range(len(points)):
-        found[k] = bins[k] >= 0 and points[k, 2] > limits[cells[bins[k]]]
+        is_obstacle[k] = bins[k] >= 0 and points[k, 2] > limits[cells[bins[k]]]

@@ -129,9 +129,9 @@ class TraversabilityScanner:
         limit = self.grid.max_traversable_vegetation
         describe_cells(self._quarters, self._middles, self._halves, limit, self._cells)
         ranges = np.empty(self.grid.n_sectors, dtype=np.float32)
-        found = _Classified(self._states, self._votes, ranges, self._closed)
+        classified = _Classified(self._states, self._votes, ranges, self._closed)
         edges, min_points = self.grid.ring_edges, self.grid.min_points
-        classify_cells(self._cells, self._cascade, edges, min_points, every, found)
+        classify_cells(self._cells, self._cascade, edges, min_points, every, classified)
         return ranges
 
 
@@ -166,7 +166,7 @@ def classify_cells(
     edges: NDArray[np.float64],
     min_points: int,
     every: bool,
-    found: _Classified,
+    out: _Classified,
 ) -> None:
     """Classify described cells ring by ring outwards; a blocked one closes its sector.
 
@@ -176,18 +176,18 @@ def classify_cells(
         edges: Ring edges [m], shape (n_rings + 1,).
         min_points: Number of points below which a cell is empty.
         every: True to classify the cells of closed sectors, too.
-        found: Output; see ``_Classified``.
+        out: Output; see ``_Classified``.
     """
     sectors, rings = cells.counts.shape
     rows, votes = np.empty(sectors, dtype=np.int64), np.empty(sectors)
-    found.states[:] = _EMPTY
-    found.votes[:] = np.nan
-    found.ranges[:] = np.nan
-    found.closed[:] = False
+    out.states[:] = _EMPTY
+    out.votes[:] = np.nan
+    out.ranges[:] = np.nan
+    out.closed[:] = False
     for ring in range(rings):
-        n = _select_cells(cells, ring, cascade.screen_base, min_points, every, found, rows, votes)
+        n = _select_cells(cells, ring, cascade.screen_base, min_points, every, out, rows, votes)
         n = _screen_cells(cells, ring, cascade, rows, votes, n)
-        _vote(cells, ring, cascade, edges[ring], rows, votes, n, found)
+        _vote(cells, ring, cascade, edges[ring], rows, votes, n, out)
 
 
 @kernel
@@ -197,7 +197,7 @@ def _select_cells(
     base: float,
     min_points: int,
     every: bool,
-    found: _Classified,
+    out: _Classified,
     rows: NDArray[np.int64],
     votes: NDArray[np.float64],
 ) -> int:
@@ -205,14 +205,14 @@ def _select_cells(
     sectors, rings = cells.counts.shape
     n = 0
     for sector in range(sectors):
-        if cells.counts[sector, ring] >= min_points and (every or not found.closed[sector]):
+        if cells.counts[sector, ring] >= min_points and (every or not out.closed[sector]):
             rows[n], votes[n] = sector * rings + ring, base
             n += 1
             # Free, unless the trees find otherwise.
-            found.states[sector, ring] = _FREE
-            found.votes[sector, ring] = -np.inf
-            if not found.closed[sector]:
-                found.ranges[sector] = np.inf
+            out.states[sector, ring] = _FREE
+            out.votes[sector, ring] = -np.inf
+            if not out.closed[sector]:
+                out.ranges[sector] = np.inf
     return n
 
 
@@ -251,7 +251,7 @@ def _vote(
     rows: NDArray[np.int64],
     votes: NDArray[np.float64],
     n: int,
-    found: _Classified,
+    out: _Classified,
 ) -> None:
     """Walk the trees stage by stage and write votes, blocked cells and the ranges that they end.
 
@@ -266,12 +266,12 @@ def _vote(
         first, kept = cascade.stops[stage], 0
         for k in range(n):
             sector = rows[k] // rings
-            found.votes[sector, ring] = votes[k]
+            out.votes[sector, ring] = votes[k]
             if cascade.lows[stage] <= votes[k] <= cascade.highs[stage]:
                 rows[kept], votes[kept] = rows[k], votes[k]
                 kept += 1
             elif votes[k] >= cascade.limits[ring]:
-                found.states[sector, ring] = _BLOCKED
-                if not found.closed[sector]:
-                    found.ranges[sector], found.closed[sector] = edge, True
+                out.states[sector, ring] = _BLOCKED
+                if not out.closed[sector]:
+                    out.ranges[sector], out.closed[sector] = edge, True
         n = kept

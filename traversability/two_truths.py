@@ -111,20 +111,20 @@ def has_step(
         n_cells: Number of cells.
         max_step: Step from which on a cell counts [m].
     """
-    found = np.zeros(n_cells, dtype=np.bool_)
+    is_stepped = np.zeros(n_cells, dtype=np.bool_)
     order = np.lexsort((heights, cell))
     z, cell = heights[order], cell[order]
     begin = np.searchsorted(cell, np.arange(n_cells))
     count = np.bincount(cell, minlength=n_cells)
     chosen = np.flatnonzero(count >= _STEP_POINTS)
     if not len(chosen):
-        return found
+        return is_stepped
     first, n = begin[chosen], count[chosen]
     cut = _widest_gap(z, first, n)
     rise = _median(z, cut + 1, first + n) - _median(z, first, cut + 1)
     low, high = _deviation(z, first, cut + 1), _deviation(z, cut + 1, first + n)
-    found[chosen] = (rise >= max_step) & (np.maximum(low, high) < rise / _SMOOTH)
-    return found
+    is_stepped[chosen] = (rise >= max_step) & (np.maximum(low, high) < rise / _SMOOTH)
+    return is_stepped
 
 
 def _widest_gap(

@@ -36,12 +36,12 @@ def presets() -> Mapping[str, PresetConfig]:
         Annotated[PresetConfig, Field(discriminator="kind")]
     )
     folder = files("worlds").joinpath("presets")
-    found = {
+    configs = {
         entry.name.removesuffix(".toml"): adapter.validate_python(tomllib.loads(entry.read_text()))
         for entry in folder.iterdir()
         if entry.name.endswith(".toml")
     }
-    return MappingProxyType(dict(sorted(found.items())))
+    return MappingProxyType(dict(sorted(configs.items())))
 
 
 def preset_names() -> tuple[str, ...]:

@@ -25,7 +25,7 @@ def clearance_map(forbidden: NDArray[np.bool_], cell: float) -> NDArray[np.float
     """
     n, m = forbidden.shape
     gaps = _gaps_along_x(forbidden)
-    found = np.empty((n, m), dtype=np.float32)
+    distances = np.empty((n, m), dtype=np.float32)
     # Parabolas of the envelope: the column of each one's apex, and the first column where it is
     # the lowest.
     apexes, begins = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
@@ -51,10 +51,10 @@ def clearance_map(forbidden: NDArray[np.bool_], cell: float) -> NDArray[np.float
                 apexes[last], begins[last] = j, begin
         for j in range(m - 1, -1, -1):
             square = (j - apexes[last]) ** 2 + squares[apexes[last]]
-            found[i, j] = np.sqrt(np.float64(square)) * cell
+            distances[i, j] = np.sqrt(np.float64(square)) * cell
             if j == begins[last]:
                 last -= 1
-    return found
+    return distances
 
 
 @kernel

@@ -181,18 +181,18 @@ def sample_task(
             to either side.
     """
     here = start = space.sample(rng)
-    found: list[tuple[float, float]] = []
+    places: list[tuple[float, float]] = []
     for _ in range(goals):
         goal = space.sample_near(here, *reach, rng)
         path = None if goal is None else space.truth.shortest_path(here, goal, PATH_CLEARANCE)
         if goal is None or path is None or _length(path) > longest:
             return None
-        found.append((float(goal[0]), float(goal[1])))
+        places.append((float(goal[0]), float(goal[1])))
         here = goal
     if heading is None:
-        to_goal = np.arctan2(found[0][1] - start[1], found[0][0] - start[0])
+        to_goal = np.arctan2(places[0][1] - start[1], places[0][0] - start[0])
         heading = float(to_goal + rng.uniform(-np.pi / 4, np.pi / 4))
-    return Task(Start(float(start[0]), float(start[1]), heading), tuple(found))
+    return Task(Start(float(start[0]), float(start[1]), heading), tuple(places))
 
 
 def _length(path: NDArray[np.float64]) -> float:

@@ -123,12 +123,12 @@ class TraversabilityMap:
         """Return which points have a forbidden cell under them or beside that, shape (n,)."""
         n, m = self.reason.shape
         i, j = self._index(points[:, 0], points[:, 1])
-        found = np.zeros(len(points), dtype=np.bool_)
+        is_forbidden = np.zeros(len(points), dtype=np.bool_)
         for di in (-1, 0, 1):
             for dj in (-1, 0, 1):
                 beside = self.reason[np.clip(i + di, 0, n - 1), np.clip(j + dj, 0, m - 1)]
-                found |= beside != Reason.FREE
-        return found
+                is_forbidden |= beside != Reason.FREE
+        return is_forbidden
 
     def forbidden_under(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Return which points lie at forbidden places, as ``forbidden_at`` does, and faster.
@@ -136,9 +136,9 @@ class TraversabilityMap:
         Args:
             points: Points in the map frame [m], shape (n, 3).
         """
-        found = np.empty(len(points), dtype=np.bool_)
-        _fill_forbidden(points, (self.x_min, self.y_min, self.cell), self.reason, found)
-        return found
+        is_forbidden = np.empty(len(points), dtype=np.bool_)
+        _fill_forbidden(points, (self.x_min, self.y_min, self.cell), self.reason, is_forbidden)
+        return is_forbidden
 
     def shortest_path(
         self, start: Floats, goal: Floats, clearance: float
@@ -225,7 +225,7 @@ def _fill_forbidden(
     points: NDArray[np.floating],
     frame: tuple[float, float, float],
     reason: NDArray[np.uint8],
-    found: NDArray[np.bool_],
+    is_forbidden: NDArray[np.bool_],
 ) -> None:
     """Write which points lie in cells with a reason to be forbidden.
 
@@ -233,7 +233,7 @@ def _fill_forbidden(
         points: Points in the map frame [m], shape (k, 3).
         frame: Least map x and y, and edge of a cell [m].
         reason: ``Reason`` of the map's cells, shape (n, m).
-        found: Output, shape (k,).
+        is_forbidden: Output, shape (k,).
     """
     x_min, y_min, cell = frame
     n, m = reason.shape
@@ -242,4 +242,4 @@ def _fill_forbidden(
         # Beyond the border, that of the border.
         i = np.uint64(min(max(0.0, (points[k, 0] - x_min) / cell), n - 1.0))
         j = np.uint64(min(max(0.0, (points[k, 1] - y_min) / cell), m - 1.0))
-        found[k] = reason[i, j] != free
+        is_forbidden[k] = reason[i, j] != free

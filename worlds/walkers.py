@@ -120,12 +120,12 @@ def _add_footprint(
     outlines: list[tuple[tuple[float, float], ...]],
 ) -> None:
     """Add the footprint of corners [m], shape (k, 2), to circles or to outlines."""
-    found = ConvexHull(corners)
-    outline = corners[found.vertices]  # Counter-clockwise.
+    hull = ConvexHull(corners)
+    outline = corners[hull.vertices]  # Counter-clockwise.
     x, y = (outline.min(axis=0) + outline.max(axis=0)) / 2
     radius = float(np.hypot(outline[:, 0] - x, outline[:, 1] - y).max())
     # In the plane the hull's volume is its area.
-    if found.volume > _ROUND * math.pi * radius**2:
+    if hull.volume > _ROUND * math.pi * radius**2:
         circles.append((float(x), float(y), radius))
     else:
         outlines.append(tuple((float(a), float(b)) for a, b in outline))

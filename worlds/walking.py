@@ -17,7 +17,7 @@ from worlds.rooms.mover_motion import Movers, Schedules, advance, come_and_go, p
 from worlds.walkers import solids_room
 from worlds.world import World
 
-Ground = tuple[NDArray[np.float32], float]
+HeightGrid = tuple[NDArray[np.float32], float]
 """Heights of the ground's nodes [m], shape (nx, ny), and the distance of two nodes [m]."""
 
 _WALKER = int(SemanticClass.WALKER)
@@ -191,15 +191,15 @@ def _near(
         reaches: Radius around each [m], shape (m,).
         circles: x, y, radius [m], shape (c, 3).
     """
-    found = np.zeros(len(circles), dtype=np.bool_)
+    is_near = np.zeros(len(circles), dtype=np.bool_)
     for c in range(len(circles)):
         for m in range(len(places)):
             dx, dy = places[m, 0] - circles[c, 0], places[m, 1] - circles[c, 1]
             reach = reaches[m] + circles[c, 2]
             if dx * dx + dy * dy < reach * reach:
-                found[c] = True
+                is_near[c] = True
                 break
-    return found
+    return is_near
 
 
 @kernel
@@ -209,7 +209,7 @@ def _walk(
     circles: NDArray[np.float64],
     edges: NDArray[np.float64],
     dt: float,
-    ground: Ground,
+    ground: HeightGrid,
     rows: Movers,
     feet: NDArray[np.float64],
     begin: int,
@@ -235,7 +235,9 @@ def _walk(
 
 
 @kernel
-def _keep(state: Movers, ground: Ground, rows: Movers, feet: NDArray[np.float64], row: int) -> None:
+def _keep(
+    state: Movers, ground: HeightGrid, rows: Movers, feet: NDArray[np.float64], row: int
+) -> None:
     """Write the present state into a row, and the height of the ground under each walker."""
     heights, cell = ground
     n, m = heights.shape

@@ -177,14 +177,14 @@ def _objects(arrays: dict[str, NDArray[np.generic]]) -> list[SceneObject]:
         if not whole or starts != sorted(starts) or rows.shape[1] != 3:
             raise ValueError(f"{name}: expected {len(kinds)} objects")
         spans.append(list(pairwise(starts)))
-    found = []
+    objects = []
     for kind, (v0, v1), (t0, t1) in zip(kinds, *spans, strict=True):
         if t0 == t1 or triangles[t0:t1].max() >= v1 - v0:
             raise ValueError("triangles: expected indices of the object's own vertices")
-        found.append(SceneObject(kind, vertices[v0:v1], triangles[t0:t1]))
+        objects.append(SceneObject(kind, vertices[v0:v1], triangles[t0:t1]))
     if not np.isfinite(vertices).all():
         raise ValueError("vertices: expected finite values")
-    return found
+    return objects
 
 
 def _joined(arrays: list[NDArray[np.generic]], kind: type[np.generic]) -> NDArray[np.generic]:

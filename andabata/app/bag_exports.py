@@ -114,10 +114,10 @@ def export(request: ExportRequest, on_message: Callable[[], None]) -> Exported:
     if request.out.suffix in SUFFIXES:
         return _to_track(request)
     kind = request.clouds or CLOUD_KINDS[0]
-    found = export_bag(request.source, request.out, request.topics, on_message, kind)
-    data = {"files": [str(path) for path in found.files]}
-    line = f"{len(found.files)} files in {request.out}"
-    return _exported(data, line, found.left_out, found.notes)
+    exported = export_bag(request.source, request.out, request.topics, on_message, kind)
+    data = {"files": [str(path) for path in exported.files]}
+    line = f"{len(exported.files)} files in {request.out}"
+    return _exported(data, line, exported.left_out, exported.notes)
 
 
 def _to_rerun(request: ExportRequest, on_message: Callable[[], None]) -> Exported:
@@ -128,19 +128,19 @@ def _to_rerun(request: ExportRequest, on_message: Callable[[], None]) -> Exporte
 
     grid = PolarGrid()
     scanner = TraversabilityScanner(shipped_forest(), grid)
-    found = export_rerun(request.source, request.out, scanner.scan, grid, on_message)
-    data = {"file": str(request.out), "entities": found.entities}
-    line = f"{len(found.entities)} entities in {request.out}; open it by `rerun {request.out}`"
-    return _exported(data, line, found.left_out, found.notes)
+    exported = export_rerun(request.source, request.out, scanner.scan, grid, on_message)
+    data = {"file": str(request.out), "entities": exported.entities}
+    line = f"{len(exported.entities)} entities in {request.out}; open it by `rerun {request.out}`"
+    return _exported(data, line, exported.left_out, exported.notes)
 
 
 def _to_track(request: ExportRequest) -> Exported:
     """Write a file of tracks."""
     given = datum_fields(request.datum)
-    found = export_tracks(request.source, request.out, request.topics, given)
-    names = found.about.get("features") or found.about["tracks"]
+    exported = export_tracks(request.source, request.out, request.topics, given)
+    names = exported.about.get("features") or exported.about["tracks"]
     line = f"{', '.join(names)} in {request.out}"
-    return _exported(found.about, line, found.left_out, found.notes)
+    return _exported(exported.about, line, exported.left_out, exported.notes)
 
 
 def _exported(

@@ -73,7 +73,7 @@ def command(function: Callable[..., None]) -> Callable[..., None]:
         function: Command whose parameters are options, arguments or groups of options.
     """
     annotations = inspect.get_annotations(function)
-    groups = {name: found for name, each in annotations.items() if (found := _groups(each))}
+    groups = {name: spread for name, each in annotations.items() if (spread := _groups(each))}
     parameters: list[inspect.Parameter] = []
     for parameter in inspect.signature(function).parameters.values():
         mine = groups.get(parameter.name, ())

@@ -1,7 +1,6 @@
 """Reports of run folders of any kind, from labelled clouds to suites."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,21 +12,6 @@ from andabata.report.about import about_section
 from andabata.report.folder import RunFolderError, read_about
 from andabata.report.options import ReportOptions
 from andabata.report.page import Page
-
-
-@dataclass(frozen=True)
-class MadeReport:
-    """A report.
-
-    Attributes:
-        page: Page.
-        data: Figures, ready for JSON.
-        shown: Table for people.
-    """
-
-    page: Page
-    data: dict[str, Any]
-    shown: RenderableType
 
 
 def run_folders(folders: Sequence[Path]) -> list[Path]:
@@ -56,8 +40,10 @@ def run_kind(folder: Path) -> RunKind:
     return found
 
 
-def make_report(folders: Sequence[Path], options: ReportOptions) -> MadeReport:
-    """Return the report of runs of one kind.
+def make_report(
+    folders: Sequence[Path], options: ReportOptions
+) -> tuple[Page, dict[str, Any], RenderableType]:
+    """Return the report of runs of one kind: page, figures ready for JSON, and table for people.
 
     Args:
         folders: Folders of the runs.
@@ -78,7 +64,7 @@ def make_report(folders: Sequence[Path], options: ReportOptions) -> MadeReport:
         raise UsageError(f"runs: expected one folder of `{kind.name}`, got {len(folders)}")
     given = (folders, options) if kind.takes_several else folders
     page, data = kind.function("report")(*given)
-    return MadeReport(page.with_section(about_section(folders)), data, kind.shown(data))
+    return page.with_section(about_section(folders)), data, kind.shown(data)
 
 
 def _is_parent(folder: Path, seeds: Sequence[Path]) -> bool:

@@ -16,7 +16,8 @@ from andabata.app.options.evaluation import (
     RoomEvaluationOptions,
     TrialOptions,
 )
-from andabata.app.options.shared import ClassifierOptions, RobotOptions, SettingsOptions
+from andabata.app.options.models import ClassifierOptions
+from andabata.app.options.shared import RobotOptions, SettingsOptions
 from andabata.configuration.usage import UsageError
 from andabata.report.columns import spoken
 from andabata.tasks.registration import ROOM_TASK_NAMES

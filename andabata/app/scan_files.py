@@ -17,7 +17,7 @@ from andabata.report.plots.axes import png
 from andabata.report.plots.perception import scan_figure
 from andabata.runs import atomic_io
 from andabata.scanning.diagnosis import diagnose
-from andabata.scanning.explanations import Origin
+from andabata.scanning.explanations import CloudOrigin
 from andabata.scanning.origin import Position, from_the_sensor
 from andabata.scanning.scan import ScanConfig, scan_cloud, scan_result
 from traversability.class_table import ClassTable
@@ -89,19 +89,19 @@ def scan_files(
         OSError: If the only file cannot be opened.
     """
     sections: list[Section] = []
-    found: list[dict[str, Any]] = []
+    results: list[dict[str, Any]] = []
     for file in files:
         try:
             data, drawn = scan_file(source.read(file), file.name, config, forest, source.labels)
         except (ValueError, OSError) as error:
             if len(files) == 1:
                 raise
-            found.append({"file": str(file), "error": " ".join(str(error).split())})
-            on_note(f"error: {found[-1]['error']}")
+            results.append({"file": str(file), "error": " ".join(str(error).split())})
+            on_note(f"error: {results[-1]['error']}")
             continue
         path = picture or Path(f"{file.stem}_scan.png")
         atomic_io.write(path, png(drawn))
-        found.append({"file": str(file), **data, "picture": str(path)})
+        results.append({"file": str(file), **data, "picture": str(path)})
         for note in data["notes"]:
             on_note(f"note: {file.name}: {note}")
         plot = Plot(drawn, f"scan-{file.stem}", "Points, cells and ranges")
@@ -110,7 +110,7 @@ def scan_files(
     if report is not None:
         page = Page("Clouds and their virtual scans", sections=sections)
         atomic_io.write(report, page.to_bytes())
-    return found
+    return results
 
 
 def scan_file(
@@ -138,19 +138,19 @@ def scan_file(
     return data, scan_figure(scanned, name)
 
 
-def _origin(decoded: DecodedCloud, sensor_at: Position | None) -> Origin:
+def _origin(decoded: DecodedCloud, sensor_at: Position | None) -> CloudOrigin:
     """Return what happened to a cloud before it is scanned, by the position that the user gives."""
     metric = decoded.units._replace(is_assumed=False) == METRES
     viewpoint = decoded.viewpoint is not None and sensor_at is None
-    return Origin(metric, decoded.rotation, *decoded.units.metres, viewpoint)
+    return CloudOrigin(metric, decoded.rotation, *decoded.units.metres, viewpoint)
 
 
-def exit_code(found: Sequence[Mapping[str, Any]]) -> int:
+def exit_code(results: Sequence[Mapping[str, Any]]) -> int:
     """Return 1 if no cell of any cloud was classified, 3 if some data were left out, else 0."""
-    failed = ["error" in each or not _is_classified(each) for each in found]
+    failed = ["error" in each or not _is_classified(each) for each in results]
     if all(failed):
         return 1
-    return 3 if any(failed) or any(each.get("data_lost") for each in found) else 0
+    return 3 if any(failed) or any(each.get("data_lost") for each in results) else 0
 
 
 def _is_classified(data: Mapping[str, Any]) -> bool:

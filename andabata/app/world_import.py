@@ -139,8 +139,8 @@ _Made = tuple[bytes, dict[str, Any], list[str]]
 def _room(read: SdfWorld, request: ImportRequest) -> _Made:
     """Return a room's file."""
     slab = request.slab or SLAB
-    found = room_of(read, slab, request.bounds)
-    plan = found.plan
+    imported = room_of(read, slab, request.bounds)
+    plan = imported.plan
     edges = len(Room.of(read.name, plan).edges)
     about = {
         "boxes": len(plan.boxes),
@@ -149,9 +149,9 @@ def _room(read: SdfWorld, request: ImportRequest) -> _Made:
         "edges": edges,
         "half_m": list(plan.half),
         "origin_m": list(plan.origin),
-        "ground_m": found.ground,
+        "ground_m": imported.ground,
         "slab_m": list(slab),
-        "outside": found.outside,
+        "outside": imported.outside,
     }
     warnings = []
     if edges > _MANY_EDGES:
@@ -161,15 +161,15 @@ def _room(read: SdfWorld, request: ImportRequest) -> _Made:
 
 def _world(read: SdfWorld, request: ImportRequest) -> _Made:
     """Return the file of a world of hills."""
-    found = world_of(read, request.bounds, request.cell, request.ground)
-    about = world_summary(found.world)
+    imported = world_of(read, request.bounds, request.cell, request.ground)
+    about = world_summary(imported.world)
     for name in ("name", "seed", "difficulty"):
         del about[name]
-    about |= {"origin_m": list(found.origin), "outside": found.outside}
+    about |= {"origin_m": list(imported.origin), "outside": imported.outside}
     warnings = []
-    if not found.world.tasks:
+    if not imported.world.tasks:
         warnings.append("no start and goal with a safe way between them: the world has no tasks")
-    return world_files.world_to_bytes(found.world), about, warnings
+    return world_files.world_to_bytes(imported.world), about, warnings
 
 
 def _refuse_others(request: ImportRequest, form: str) -> None:

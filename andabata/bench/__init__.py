@@ -2,5 +2,6 @@
 
 ``andabata bench`` runs ``speed``, ``perception``, ``localization``, ``vehicle`` and ``chain``.
 Modules that do not serve it run as ``python -m andabata.bench.NAME``, single measurements as
-``python -m andabata.bench.studies.NAME``; ``--help`` shows their options.
+``python -m andabata.bench.studies.NAME``, from the repository alone: a wheel has none of them.
+``--help`` shows the options of each.
 """

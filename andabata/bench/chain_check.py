@@ -69,7 +69,7 @@ def slower(shipped: Ratios, now: Ratios, reference: float) -> list[Row]:
         now: Ratios of this run.
         reference: Time of the reference loop in this run [us].
     """
-    found: list[Row] = []
+    changed: list[Row] = []
     for subject in dict.fromkeys([*shipped, *now]):
         old, new = shipped.get(subject, {}), now.get(subject, {})
         for stage in dict.fromkeys([*old, *new]):
@@ -78,8 +78,8 @@ def slower(shipped: Ratios, now: Ratios, reference: float) -> list[Row]:
             # A comparison with NaN is false: a stage without a counterpart is told, too.
             if not (after <= GROWTH * before or grown <= _LEAST):
                 row = {"robot": subject, "stage": stage, "shipped [us]": before * reference}
-                found.append(row | {"now [us]": after * reference})
-    return found
+                changed.append(row | {"now [us]": after * reference})
+    return changed
 
 
 def reference_time() -> float:
@@ -120,9 +120,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     if options.write:
         atomic_io.write(TABLE, to_bytes(now))
         return
-    found = slower(json.loads(TABLE.read_text(encoding="utf-8")), now, reference)
-    if found:
-        sys.stdout.write(markdown_table(found))
+    changed = slower(json.loads(TABLE.read_text(encoding="utf-8")), now, reference)
+    if changed:
+        sys.stdout.write(markdown_table(changed))
         sys.exit(
             "stages are slower than in the shipped table; after a change that is worth it: "
             "python -m andabata.bench.chain_check --write"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from andabata.distribution import install_browser
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser
 
 EXECUTABLE = Path("/usr/bin/chromium")
 """Where Debian puts it."""
@@ -50,17 +50,3 @@ def browser() -> Iterator["Browser"]:
             yield made
         finally:
             made.close()
-
-
-def canvas_colours(page: "Page") -> int:
-    """Return the number of different colours on a page's canvas: 1 where it is blank.
-
-    Args:
-        page: Page that is shown.
-    """
-    import io
-
-    from PIL import Image
-
-    picture = Image.open(io.BytesIO(page.screenshot(timeout=60_000))).convert("RGB")
-    return len(picture.getcolors(picture.width * picture.height) or [])

@@ -67,7 +67,7 @@ def repeat_part(
         elif part == 2:
             measurement_models.correct_gravity(x, P, imu, parameters, workspace)
         elif part == 3:
-            measurement_models.correct_mag(x, P, flux, parameters, workspace)
+            measurement_models.correct_heading(x, P, flux, parameters, workspace)
         else:
             measurement_models.correct_gnss(x, P, fix, parameters, workspace)
 

@@ -74,8 +74,8 @@ def _program(words: list[str]) -> list[str]:
 
 def exhibits(text: str) -> list[Exhibit]:
     """Return the pictures of a document's table."""
-    found = _ROW.findall(text)
-    return [Exhibit(path, command, source, int(width)) for path, command, source, width in found]
+    rows = _ROW.findall(text)
+    return [Exhibit(path, command, source, int(width)) for path, command, source, width in rows]
 
 
 def make(exhibit: Exhibit) -> bytes:
@@ -115,7 +115,7 @@ def _from_view(words: Sequence[str], folder: str, seconds: float) -> bytes:
         try:
             assert served.stderr is not None
             addresses = (_ADDRESS.search(line) for line in served.stderr)
-            address = next(found for found in addresses if found)
+            address = next(match for match in addresses if match)
             with chromium.browser() as browser:
                 page = browser.new_page(viewport=_VIEWPORT)
                 page.goto(address.group())
@@ -129,8 +129,8 @@ def _from_view(words: Sequence[str], folder: str, seconds: float) -> bytes:
 
 def _from_page(page: str, caption: str) -> bytes:
     """Return the first picture of a page whose caption begins with a text."""
-    for found, data in _PICTURE.findall(page):
-        if found.startswith(caption):
+    for title, data in _PICTURE.findall(page):
+        if title.startswith(caption):
             return base64.b64decode(data)
     raise ValueError(f"page: expected a picture with the caption {caption!r}, got none")
 

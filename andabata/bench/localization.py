@@ -150,12 +150,12 @@ def track_drives(
             "sensing": config.sensing.model_copy(update={"scanner": "horizontal"}),
         }
     )
-    found = []
+    drives = []
     for _, tracked in run_tasks(partial(_track, world, seed, lean), range(trials), workers):
-        found.append(tracked)
+        drives.append(tracked)
         if step is not None:
             step()
-    return found
+    return drives
 
 
 def _track(world: str, seed: int, config: SimulatedRobotConfig, trial: int) -> Tracked:

@@ -141,15 +141,15 @@ def ride_clouds(
         for number in range(rides)
     ]
     rows: dict[tuple[str, float, float], list[dict[str, float]]] = {}
-    for ride, found in run_tasks(partial(_ride, config, seed), tasks, workers):
-        rows.setdefault((ride.ground, ride.turn, ride.speed), []).extend(found)
+    for ride, errors in run_tasks(partial(_ride, config, seed), tasks, workers):
+        rows.setdefault((ride.ground, ride.turn, ride.speed), []).extend(errors)
         if step is not None:
             step()
     table = []
-    for (ground, turn, speed), found in rows.items():
-        row: Row = {"ground": ground, "turn": turn, "speed": speed, "clouds": len(found)}
-        names = found[0] if found else ()
-        table.append(row | {name: float(np.mean([one[name] for one in found])) for name in names})
+    for (ground, turn, speed), errors in rows.items():
+        row: Row = {"ground": ground, "turn": turn, "speed": speed, "clouds": len(errors)}
+        names = errors[0] if errors else ()
+        table.append(row | {name: float(np.mean([one[name] for one in errors])) for name in names})
     return table
 
 
@@ -171,9 +171,9 @@ def _ride(config: SimulatedRobotConfig, seed: int, ride: Ride) -> list[dict[str,
         localizer.reset(_pose(readings), readings.stamp)
     wheels = SkidSteer(robot).wheel_speeds(ride.speed, ride.turn)
     period = config.assembly.turn / lidar.head_rate
-    found: list[dict[str, float]] = []
+    errors: list[dict[str, float]] = []
     before = None
-    while readings.stamp < 4 * period + 1.0 and len(found) < 2:
+    while readings.stamp < 4 * period + 1.0 and len(errors) < 2:
         readings = simulator.step(wheels if before is not None else _STILL)
         if readings.truth is None or readings.truth.collided or readings.sweeps is None:
             break
@@ -192,9 +192,9 @@ def _ride(config: SimulatedRobotConfig, seed: int, ride: Ride) -> list[dict[str,
                 for assembler, localizer in ((ours, filter_), (skewed, filter_), (true, truth))
             ]
             standing = partial(_standing, scene, config, constants, readings, rng)
-            found.append(_compared(config.grid, clouds, standing))
+            errors.append(_compared(config.grid, clouds, standing))
     simulator.close()
-    return found
+    return errors
 
 
 def _pose(readings: SensorReadings) -> Pose:
@@ -261,9 +261,9 @@ def _standing(
 def _rings(scanner: TraversabilityScanner, points: NDArray[np.float32]) -> NDArray[np.int64]:
     """Return the ring at which each sector ends, one more if it is free, -10 if unknown."""
     ranges, edges = scanner.scan(points).ranges, scanner.grid.ring_edges
-    found = np.searchsorted(edges, ranges - 1e-3)
-    found = np.where(np.isinf(ranges), len(edges) - 1, found)
-    return np.where(np.isnan(ranges), -10, found)
+    rings = np.searchsorted(edges, ranges - 1e-3)
+    rings = np.where(np.isinf(ranges), len(edges) - 1, rings)
+    return np.where(np.isnan(ranges), -10, rings)
 
 
 def _agreement(one: NDArray[np.int64], other: NDArray[np.int64]) -> float:

@@ -273,8 +273,8 @@ def compare(
     kinds = np.array([entry.world for entry in entries])
     results: dict[str, list[Classification]] = {}
     work = partial(classify_cloud, subjects, folder)
-    for _, found in run_tasks(work, [entry.file for entry in entries], workers):
-        for result in found:
+    for _, by_subject in run_tasks(work, [entry.file for entry in entries], workers):
+        for result in by_subject:
             results.setdefault(result.subject, []).append(result)
         on_cloud()
     return {name: _summary(rows, truth, kinds, grid) for name, rows in results.items()}
@@ -316,14 +316,14 @@ def score_rows(scores: Mapping[str, Row]) -> list[Row]:
         benchmark_row(
             name,
             subject,
-            found[name],
+            figures[name],
             "ms" if name == "ms" else "1",
-            sum(found["confusion"].values()),
-            found[name] / ours[name] if name in ours else None,
+            sum(figures["confusion"].values()),
+            figures[name] / ours[name] if name in ours else None,
         )
-        for subject, found in scores.items()
+        for subject, figures in scores.items()
         for name in ("balanced_accuracy", "f1_red", "recall", "f1_points", "ms")
-        if name in found
+        if name in figures
     ]
 
 
@@ -332,19 +332,19 @@ def score_table(scores: Mapping[str, Row]) -> list[Row]:
     return [
         {
             "subject": subject,
-            "bal. accuracy": found["balanced_accuracy"],
-            "F1": found["f1_red"],
-            "recall": found["recall"],
-            "F1 of points": found.get("f1_points"),
-            "ms": f"{found['ms']:.2f}",
+            "bal. accuracy": figures["balanced_accuracy"],
+            "F1": figures["f1_red"],
+            "recall": figures["recall"],
+            "F1 of points": figures.get("f1_points"),
+            "ms": f"{figures['ms']:.2f}",
         }
-        for subject, found in scores.items()
+        for subject, figures in scores.items()
     ]
 
 
 def world_table(scores: Mapping[str, Row]) -> list[Row]:
     """Return F1 by kind of world as a table for people, one line a subject."""
     return [
-        {"subject": subject} | dict(sorted(found["worlds"].items()))
-        for subject, found in scores.items()
+        {"subject": subject} | dict(sorted(figures["worlds"].items()))
+        for subject, figures in scores.items()
     ]

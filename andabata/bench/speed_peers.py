@@ -66,14 +66,14 @@ def mujoco_rays(world: World, rays: Rays) -> Work:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     origin, directions = rays[0, :3].astype(float), rays[:, 3:].astype(float).ravel()
-    found, distances = np.zeros(len(rays), dtype=np.int32), np.zeros(len(rays))
+    hit_geometries, distances = np.zeros(len(rays), dtype=np.int32), np.zeros(len(rays))
     options = {"geomgroup": None, "flg_static": True, "bodyexclude": -1, "normal": None}
     return lambda: mujoco.mj_multiRay(
         model,
         data,
         origin,
         directions,
-        geomid=found,
+        geomid=hit_geometries,
         dist=distances,
         nray=len(rays),
         cutoff=REACH,

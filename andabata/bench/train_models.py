@@ -52,16 +52,16 @@ _PLAIN = (
 def data_sets() -> dict[str, list[str]]:
     """Return the options of each data set by name, in the order in which they are trained on."""
     stony = ("--set", "varied_share=0.6", "--set", 'presets=["stony"]')
-    found = {
+    options = {
         "c0": _options(100, 2000, 320, "--set", "varied_share=0.5"),
         "c2": _options(105, 800, 24, *_THIN, "--set", "point_shares=[0.15, 0.6]"),
         "c1": _options(104, 800, 96, *_THIN),
     }
     for k, laser in enumerate(("os1-64", "vlp-16", "livox-rosette")):
-        found[f"c{3 + k}"] = _options(
+        options[f"c{3 + k}"] = _options(
             111 + k, 360, 96, "--sensor", laser, "--set", "varied_share=0.8"
         )
-    found["c6"] = _options(114, 1200, 84, *stony)
+    options["c6"] = _options(114, 1200, 84, *stony)
     for name, first, counts, more in (
         ("d", 120, (360, 48), _MEADOWS),
         ("e", 140, (120, 24), _PLAIN),
@@ -70,8 +70,8 @@ def data_sets() -> dict[str, list[str]]:
             f"{name}-{laser}": _options(first + k, *counts, "--sensor", laser, *_VARIED, *more)
             for k, laser in enumerate(LASERS)
         }
-        found |= dict(sorted(sets.items()))
-    return found
+        options |= dict(sorted(sets.items()))
+    return options
 
 
 def commands(folder: Path) -> list[list[str]]:

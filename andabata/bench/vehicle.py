@@ -71,36 +71,36 @@ def bench_vehicle(
         "tipping": lambda: tipping(robot, _gripping(robot, plant, make)),
         "plants": lambda: [compare_plants(robot, seed, fast) for fast in ("wheels", "kinematic")],
     }
-    found: Row = {}
+    measurements: Row = {}
     for name, part in parts.items():
-        found[name] = part()
+        measurements[name] = part()
         if step is not None:
             step()
-    return found
+    return measurements
 
 
-def vehicle_tables(found: Row) -> list[tuple[str, list[Row]]]:
+def vehicle_tables(measurements: Row) -> list[tuple[str, list[Row]]]:
     """Return titles and tables for people.
 
     Args:
-        found: Result of ``bench_vehicle``, and names of ``robot`` and ``plant``.
+        measurements: Result of ``bench_vehicle``, and names of ``robot`` and ``plant``.
     """
     obstacle_rows = [
         {
             "obstacle": row["obstacle"],
             **{key: row[key] for key in ("size_m", "reached_m", "contact")},
         }
-        for row in found["obstacles"]
+        for row in measurements["obstacles"]
     ]
     return [
         (
-            f"{found['robot']}, {found['plant']}: yaw rate achieved over commanded",
-            found["turning"],
+            f"{measurements['robot']}, {measurements['plant']}: yaw rate achieved over commanded",
+            measurements["turning"],
         ),
-        ("slopes", found["slopes"]),
+        ("slopes", measurements["slopes"]),
         ("10 s towards an obstacle 1.5 m ahead", obstacle_rows),
-        ("tipping over", [found["tipping"]]),
-        ("fast plants against bullet", found["plants"]),
+        ("tipping over", [measurements["tipping"]]),
+        ("fast plants against bullet", measurements["plants"]),
     ]
 
 
@@ -215,14 +215,14 @@ class _Obstacle:
 
 def _obstacles() -> list[_Obstacle]:
     """Return steps, stones under one wheel, and trunks."""
-    found = [_Obstacle("step", height, None) for height in (0.02, 0.03, 0.05, 0.08, 0.12)]
+    obstacles = [_Obstacle("step", height, None) for height in (0.02, 0.03, 0.05, 0.08, 0.12)]
     for height in (0.03, 0.06, 0.09, 0.15):
         stone = box(SemanticClass.ROCK, (1.5, 0.23, 0.0), (0.3, 0.3, 2 * height))
-        found.append(_Obstacle("stone", height, stone))
+        obstacles.append(_Obstacle("stone", height, stone))
     for radius in (0.05, 0.15):
         trunk = frustum(SemanticClass.TRUNK, (1.5, 0.1, 0.0), (radius, radius), 3.0)
-        found.append(_Obstacle("trunk", radius, trunk))
-    return found
+        obstacles.append(_Obstacle("trunk", radius, trunk))
+    return obstacles
 
 
 def obstacles(robot: RobotModel, make: VehicleMaker) -> list[Row]:
@@ -299,10 +299,10 @@ def compare_plants(robot: RobotModel, seed: int, plant: Plant) -> Row:
         steering = rng.uniform(-robot.max_steering, robot.max_steering, 5)
         paths = []
         pair: tuple[Vehicle, ...] = (reference, fast)
-        for vehicle, found in zip(pair, rates, strict=True):
+        for vehicle, changes in zip(pair, rates, strict=True):
             rows = _drive_commands(vehicle, robot, start, steering)
             yaw = np.unwrap(Rotation.from_quat(rows[:, 3:7]).as_euler("ZYX")[:, 0])
-            found.append(np.diff(yaw[::10]) / 0.1)
+            changes.append(np.diff(yaw[::10]) / 0.1)
             paths.append(rows)
         apart.append(float(np.hypot(*(paths[0][-1, :2] - paths[1][-1, :2]))))
         tilts += [_tilt_difference(fast, row) for row in paths[0][::50]]
@@ -312,7 +312,7 @@ def compare_plants(robot: RobotModel, seed: int, plant: Plant) -> Row:
         "plant": plant,
         "roll_rms_deg": float(roll),
         "pitch_rms_deg": float(pitch),
-        "yaw_rate_distance": distribution_distance(*(np.concatenate(found) for found in rates)),
+        "yaw_rate_distance": distribution_distance(*(np.concatenate(changes) for changes in rates)),
         "apart_after_10_s_m": float(np.median(apart)),
     }
 

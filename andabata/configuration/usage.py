@@ -19,13 +19,13 @@ def words(text: str, known: Sequence[str], option: str) -> tuple[str, ...]:
     Raises:
         UsageError: If there is no word, or one that is not in ``known``.
     """
-    found = tuple(word.strip() for word in text.split(",") if word.strip())
-    for word in found:
+    parts = tuple(word.strip() for word in text.split(",") if word.strip())
+    for word in parts:
         if word not in known:
             raise UsageError(f"{option}: expected some of {', '.join(known)}, got {word!r}")
-    if not found:
+    if not parts:
         raise UsageError(f"{option}: expected some of {', '.join(known)}, got nothing")
-    return found
+    return parts
 
 
 def one_word(text: str, known: Sequence[str], option: str) -> str:
@@ -46,12 +46,12 @@ def numbers(text: str, count: int, option: str) -> tuple[float, ...]:
         UsageError: If they are not ``count`` finite numbers.
     """
     try:
-        found = tuple(float(word) for word in text.split(","))
+        values = tuple(float(word) for word in text.split(","))
     except ValueError:
-        found = ()
-    if len(found) != count or not all(isfinite(number) for number in found):
+        values = ()
+    if len(values) != count or not all(isfinite(number) for number in values):
         raise UsageError(f"{option}: expected {count} numbers separated by commas, got {text!r}")
-    return found
+    return values
 
 
 def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
@@ -60,13 +60,13 @@ def pairs(texts: Sequence[str], option: str) -> dict[str, str]:
     Raises:
         UsageError: If one has no equals sign or an empty side.
     """
-    found = {}
+    sides = {}
     for text in texts:
         name, sign, value = (part.strip() for part in text.partition("="))
         if not (name and sign and value):
             raise UsageError(f"{option}: expected a=b, got {text!r}")
-        found[name] = value
-    return found
+        sides[name] = value
+    return sides
 
 
 def units(texts: Sequence[str]) -> dict[str, str]:
@@ -78,13 +78,13 @@ def units(texts: Sequence[str]) -> dict[str, str]:
     from andabata.machine.robot import RobotModel
     from andabata.records.decoding.units import si_factor
 
-    found = pairs(texts, "--unit")
+    names = pairs(texts, "--unit")
     try:
-        for quantity, unit in found.items():
+        for quantity, unit in names.items():
             si_factor(quantity, unit, RobotModel())
     except ValueError as error:
         raise UsageError(str(error)) from None
-    return found
+    return names
 
 
 _MAX_TIME_OFFSET = 1.0
@@ -98,15 +98,15 @@ def time_offsets(texts: Sequence[str]) -> dict[str, float]:
         UsageError: If there is no such topic, or a time is not a number of seconds below 1.
     """
     known = ("/imu", "/encoder_data", "/mag_orientation", "/fix")
-    found = {}
+    offsets = {}
     for topic, text in pairs(texts, "--time-offset").items():
         one_word(topic, known, "--time-offset")
         (seconds,) = numbers(text, 1, f"--time-offset {topic}")
         if abs(seconds) > _MAX_TIME_OFFSET:
             limit = f"at most {_MAX_TIME_OFFSET:g} s before or after"
             raise UsageError(f"--time-offset {topic}: expected {limit}, got {text}")
-        found[topic] = seconds
-    return found
+        offsets[topic] = seconds
+    return offsets
 
 
 def span(text: str, most: int, option: str) -> range:

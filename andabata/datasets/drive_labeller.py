@@ -149,8 +149,8 @@ class DriveLabeller:
 
     def _count_troubles(self) -> None:
         """Count the separate troubles of a piece."""
-        found = find_troubles(DrivePath.of(self._periods), self._config)
-        begins = found[np.diff(found, prepend=np.uint8(0)) != 0]
+        troubles = find_troubles(DrivePath.of(self._periods), self._config)
+        begins = troubles[np.diff(troubles, prepend=np.uint8(0)) != 0]
         for kind in Trouble:
             if kind is not Trouble.NONE:
                 self._troubles[kind.name.lower()] += int((begins == kind).sum())

@@ -139,15 +139,15 @@ def find_troubles(path: DrivePath, config: DriveLabelsConfig) -> NDArray[np.uint
         path: Way of the drive.
         config: Limits.
     """
-    found = np.zeros(len(path.stamps), dtype=np.uint8)
+    troubles = np.zeros(len(path.stamps), dtype=np.uint8)
     with np.errstate(invalid="ignore"):
         driven = np.abs(path.commanded) >= config.least_speed
         still = np.abs(path.wheels) < config.slip_share * np.abs(path.commanded)
-    found[_lasting(driven & still, path.stamps, config.stop_time)] = Trouble.STOPPED
-    found[_slipped(path, config)] = Trouble.SLIPPED
+    troubles[_lasting(driven & still, path.stamps, config.stop_time)] = Trouble.STOPPED
+    troubles[_slipped(path, config)] = Trouble.SLIPPED
     upright = Rotation.from_quat(path.odometry[:, 3:]).apply([0.0, 0.0, 1.0])[:, 2]
-    found[upright < np.cos(config.max_tilt)] = Trouble.TILTED
-    return found
+    troubles[upright < np.cos(config.max_tilt)] = Trouble.TILTED
+    return troubles
 
 
 def runs_of(marked: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -160,10 +160,10 @@ def _lasting(
     marked: NDArray[np.bool_], stamps: NDArray[np.float64], duration: float
 ) -> NDArray[np.bool_]:
     """Return the periods that belong to a run of marked ones of at least a duration [s]."""
-    found = np.zeros(len(marked), dtype=np.bool_)
+    is_lasting = np.zeros(len(marked), dtype=np.bool_)
     for begin, end in runs_of(marked):
-        found[begin:end] = stamps[end - 1] - stamps[begin] >= duration
-    return found
+        is_lasting[begin:end] = stamps[end - 1] - stamps[begin] >= duration
+    return is_lasting
 
 
 def _slipped(path: DrivePath, config: DriveLabelsConfig) -> NDArray[np.bool_]:
@@ -177,12 +177,12 @@ def _slipped(path: DrivePath, config: DriveLabelsConfig) -> NDArray[np.bool_]:
     windows = np.zeros(len(slipped) + 1, dtype=np.int64)
     np.add.at(windows, first[slipped], 1)
     np.add.at(windows, np.flatnonzero(slipped) + 1, -1)
-    found = np.zeros(len(slipped), dtype=np.bool_)
+    is_marked = np.zeros(len(slipped), dtype=np.bool_)
     for begin, end in runs_of(np.cumsum(windows[:-1]) > 0):
         # A window begins while the robot still drives: it is stuck where it came furthest.
         away = np.linalg.norm(path.positions[begin:end] - path.positions[begin], axis=1)
-        found[begin + int(np.argmax(away >= 0.9 * away.max())) : end] = True
-    return found
+        is_marked[begin + int(np.argmax(away >= 0.9 * away.max())) : end] = True
+    return is_marked
 
 
 def _row(pose: Pose) -> NDArray[np.float64]:

@@ -48,18 +48,20 @@ def score_forest(forest: Forest, folder: Path, manifest: Manifest, split: Split)
         worlds.append(entry.world)
     if not truth:
         raise DatasetError(f"{folder}: expected clouds of the {split} split, got none")
-    states, found, sure, kind = (np.stack(rows) for rows in (truth, called, clear, worlds))
-    scores = CellScores.of(states, found).as_dict()
+    states, predicted, sure, kind = (np.stack(rows) for rows in (truth, called, clear, worlds))
+    scores = CellScores.of(states, predicted).as_dict()
     near = np.where(grid.ring_edges[:-1] < NEAR_RANGE, states, CellState.EMPTY)
-    scores["beyond_doubt"] = CellScores.of(np.where(sure, states, CellState.EMPTY), found).as_dict()
-    scores["within_5_m"] = CellScores.of(near.astype(np.uint8), found).as_dict()
+    scores["beyond_doubt"] = CellScores.of(
+        np.where(sure, states, CellState.EMPTY), predicted
+    ).as_dict()
+    scores["within_5_m"] = CellScores.of(near.astype(np.uint8), predicted).as_dict()
     scores["worlds"] = {
-        str(name): CellScores.of(states[kind == name], found[kind == name]).as_dict()
+        str(name): CellScores.of(states[kind == name], predicted[kind == name]).as_dict()
         for name in np.unique(kind)
     }
     first, second = (np.stack(rows) for rows in zip(*truths, strict=True))
-    scores["truths"] = truth_scores(first, second, found)
-    scores["ranges"] = range_errors(states, found, grid)
+    scores["truths"] = truth_scores(first, second, predicted)
+    scores["ranges"] = range_errors(states, predicted, grid)
     colours = {
         "green": int((states == CellState.TRAVERSABLE).sum()),
         "red": int((states == CellState.NON_TRAVERSABLE).sum()),
@@ -88,8 +90,8 @@ def score_ground_classifier(forest: GroundClassifier, samples: GroundSamples) ->
         for begin, end in pairwise(RANGE_BANDS)
     }
     recall_low = float(np.mean(odds[samples.low] >= 0)) if samples.low.any() else None
-    found = {"bands": bands, "ground_cells": len(far), "recall_low": recall_low}
-    return {**of(np.ones(len(far), dtype=np.bool_)), **found}
+    scores = {"bands": bands, "ground_cells": len(far), "recall_low": recall_low}
+    return {**of(np.ones(len(far), dtype=np.bool_)), **scores}
 
 
 def ground_classifier_table(data: dict[str, Any]) -> str:

@@ -1,7 +1,8 @@
 """One drive, from a world's name to a path."""
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,6 @@ from traversability.cloud import PointCloud
 from worlds.goals import task_to
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
-from worlds.walking import Walkers
 from worlds.world import Task, World, choose_task
 
 _RADIUS, _HEIGHT = 3, 4
@@ -100,14 +100,14 @@ class Driven:
 
     def _walkers(self) -> list[dict[str, Any]]:
         """Return size and path of each walker, ready for JSON."""
-        found = []
+        walkers = []
         for rows in np.moveaxis(self.walkers, 1, 0):
             seconds = np.flatnonzero(rows[:, _RADIUS] > 0.0)
             if len(seconds):
                 places = np.column_stack([seconds, rows[seconds, :3]])
                 size = {"radius_m": rows[:, _RADIUS].max(), "height_m": rows[0, _HEIGHT]}
-                found.append(size | {"stamped_path": np.round(places, 2).tolist()})
-        return found
+                walkers.append(size | {"stamped_path": np.round(places, 2).tolist()})
+        return walkers
 
 
 @dataclass(frozen=True)
@@ -188,65 +188,89 @@ def drive_once(
         GoalError: If no safe path leads to one of the given goals.
         BagError: If the recording cannot be begun.
     """
-    scene = SceneCache(1).get(world, evaluation_world(seed, 0))
-    task = choose_task(scene.world.tasks, 0)
-    if goals:
-        task = task_to(scene.world.truth, task.start, goals)
-    models = models or Models()
+    scene, models = SceneCache(1).get(world, evaluation_world(seed, 0)), models or Models()
+    task = _task(scene.world, goals)
     steering = make_steering(controller, scene.world, config, models)
-    simulated_robot = SimulatedRobot(
-        scene, config, models, steering, far_sighted=record is not None
-    )
+    robot = SimulatedRobot(scene, config, models, steering, far_sighted=record is not None)
     if on_robot is not None:
-        on_robot(simulated_robot)
-    writer = None
-    if record is not None:
-        about = {"world": world, "seed": seed, "controller": controller}
-        about |= {"simulated_robot": config.model_dump(mode="json"), "models": models.hashes}
-        writer = record.watch(simulated_robot, about)
-    walkers = _WalkersSeen(simulated_robot.simulator.walkers)
-    trace = DriveTrace(simulated_robot.localizer)
+        on_robot(robot)
+    watcher = _DriveWatcher(robot, on_second)
+    rules, rng = TerminationConfig(time_limit=time_limit), np.random.default_rng([seed, 0, 1])
+    with _recording(record, robot, models, _identity(world, seed, controller)):
+        attempts = run_trial(robot, task, rules, rng, watcher.on_step, operator)
+    cloud = robot.last_cloud()
+    robot.close()
+    walkers, trace = watcher.walkers, watcher.trace.as_dict()
+    return Driven(scene.world, task, controller, attempts, cloud, walkers, trace)
 
-    def on_step(readings: SensorReadings) -> None:
-        trace.add(readings)
-        if round(readings.stamp * 10) % 10:
-            return
-        walkers.add(readings)
-        if on_second is not None:
-            on_second()
 
+def _task(world: World, goals: Sequence[tuple[float, float]]) -> Task:
+    """Return a world's first task, or one with given goals from the same start."""
+    task = choose_task(world.tasks, 0)
+    return task_to(world.truth, task.start, goals) if goals else task
+
+
+def _identity(world: str, seed: int, controller: str) -> dict[str, Any]:
+    """Return what names a drive in its recording and in its manifest."""
+    return {"world": world, "seed": seed, "controller": controller}
+
+
+@contextmanager
+def _recording(
+    record: Recording | None,
+    simulated_robot: SimulatedRobot,
+    models: Models,
+    identity: dict[str, Any],
+) -> Iterator[None]:
+    """Record what is driven in the block, if anything is to be recorded.
+
+    A drive that fails leaves a recording that is closed, and no manifest.
+    """
+    if record is None:
+        yield
+        return
+    settings = simulated_robot.config.model_dump(mode="json")
+    setup = identity | {"simulated_robot": settings, "models": models.hashes}
+    writer = record.watch(simulated_robot, setup)
     try:
-        attempts = run_trial(
-            simulated_robot,
-            task,
-            TerminationConfig(time_limit=time_limit),
-            np.random.default_rng([seed, 0, 1]),
-            on_step,
-            operator,
-        )
+        yield
     finally:
-        if writer is not None:
-            writer.close()
-    if record is not None:
-        write_manifest(record.path, {"world": world, "seed": seed, "controller": controller})
-    cloud = simulated_robot.last_cloud()
-    simulated_robot.close()
-    return Driven(scene.world, task, controller, attempts, cloud, walkers.rows, trace.as_dict())
+        writer.close()
+    write_manifest(record.path, identity)
 
 
-class _WalkersSeen:
-    """Walkers of a drive at each second."""
+class _DriveWatcher:
+    """Keeps what a finished drive shows: walkers at each second, and the trace.
 
-    def __init__(self, walkers: Walkers | None) -> None:
-        """Begin with those of a world that was just entered; None for a world without any."""
+    Attributes:
+        trace: Motion and error of the pose over time.
+    """
+
+    def __init__(
+        self, simulated_robot: SimulatedRobot, on_second: Callable[[], None] | None
+    ) -> None:
+        """Watch a robot in a world that it has just entered.
+
+        Args:
+            simulated_robot: Robot.
+            on_second: Function that is called after each simulated second.
+        """
+        walkers = simulated_robot.simulator.walkers
+        self.trace = DriveTrace(simulated_robot.localizer)
         self._rows = [] if walkers is None else [walkers.track.now]
+        self._on_second = on_second
 
     @property
-    def rows(self) -> NDArray[np.float64]:
+    def walkers(self) -> NDArray[np.float64]:
         """Rows as in ``SensorReadings``, shape (t, m, 5); (0, 0, 5) without walkers."""
         return np.array(self._rows) if self._rows else np.zeros((0, 0, 5))
 
-    def add(self, readings: SensorReadings) -> None:
-        """Add the walkers of readings, where there are any."""
+    def on_step(self, readings: SensorReadings) -> None:
+        """Take in the readings of a control step."""
+        self.trace.add(readings)
+        if round(readings.stamp * 10) % 10:
+            return
         if readings.walkers is not None:
             self._rows.append(readings.walkers)
+        if self._on_second is not None:
+            self._on_second()

@@ -110,10 +110,10 @@ class LidarStudyConfig(BaseModel):
             for name, (field, unit) in KINDS.items()
             for value in getattr(self, field)
         ]
-        found: dict[str, LidarChange] = {}
+        changes_by_label: dict[str, LidarChange] = {}
         for change in (LidarChange(AS_IT_IS, 0.0, "", base), *moved, *others):
-            found.setdefault(change.lidar.label, change)
-        return tuple(found.values())
+            changes_by_label.setdefault(change.lidar.label, change)
+        return tuple(changes_by_label.values())
 
     @property
     def cells(self) -> RoomEvaluationConfig:
@@ -218,15 +218,15 @@ def mounting_advice(
     if not poses:
         return "No other pose was tried."
     z = NormalDist().inv_cdf(1 - 0.025 / len(poses))
-    found = [(change.text, paired_difference(base, there, z)) for change, there in poses]
+    differences = [(change.text, paired_difference(base, there, z)) for change, there in poses]
     counted = f"with 95 % confidence in all {len(poses)} poses at once"
-    worse = [f"{text} {_points(gain)}" for text, gain in found if gain.high < 0]
+    worse = [f"{text} {_points(gain)}" for text, gain in differences if gain.high < 0]
     ending = f" Worse: {'; '.join(worse)}." if worse else ""
-    better = [each for each in found if each[1].low > 0]
+    better = [each for each in differences if each[1].low > 0]
     if better:
         text, gain = max(better, key=lambda each: each[1].low)
         return f"Mount it {text}: success changes by {_points(gain)}, {counted}.{ending}"
-    text, gain = max(found, key=lambda each: each[1].mean)
+    text, gain = max(differences, key=lambda each: each[1].mean)
     return (
         f"No pose is shown to be better than the laser as it is: {text} changes success by "
         f"{_points(gain)}, {counted}.{ending}"

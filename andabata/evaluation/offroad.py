@@ -329,6 +329,6 @@ def shortest_of(spl: float, distance: float) -> float:
     """
     if spl == 0.0:
         return np.nan
-    found = spl * distance
-    near = (found, float(np.nextafter(found, 0.0)), float(np.nextafter(found, np.inf)))
-    return next((each for each in near if spl == 1.0 or each / distance == spl), found)
+    shortest = spl * distance
+    near = (shortest, float(np.nextafter(shortest, 0.0)), float(np.nextafter(shortest, np.inf)))
+    return next((each for each in near if spl == 1.0 or each / distance == spl), shortest)

@@ -44,13 +44,13 @@ def summarise(attempts: Sequence[OffroadAttempt], controllers: Sequence[str]) ->
 
 def failure_causes(attempts: Sequence[OffroadAttempt]) -> list[Row]:
     """Return the failures of each controller by cause: one row a world, outcome and cause."""
-    found = Counter(
+    counts = Counter(
         (attempt.scenario, attempt.contender, str(attempt.outcome), attempt.detail.cause)
         for attempt in attempts
         if not attempt.is_success
     )
     names = ("world", "controller", "outcome", "cause")
-    return [dict(zip(names, key, strict=True)) | {"count": n} for key, n in found.most_common()]
+    return [dict(zip(names, key, strict=True)) | {"count": n} for key, n in counts.most_common()]
 
 
 def _goal_row(trials: Sequence[OffroadAttempt], goals: int, label: int | str) -> Row:

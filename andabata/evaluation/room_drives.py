@@ -100,12 +100,12 @@ def drive_tasks(
         ValueError: If the policy cannot read what the task observes.
     """
     actor, task = fitted(policy, config)
-    found: list[RoomAttempt] = []
+    attempts: list[RoomAttempt] = []
     for begin in range(0, len(tasks), _BATCH):
         part = tasks[begin : begin + _BATCH]
         robots = RoomVectorEnv(task, len(part), autoreset=False)
-        found += _driven_together(actor, robots, part, begin, on_states)
-    return found
+        attempts += _driven_together(actor, robots, part, begin, on_states)
+    return attempts
 
 
 def drive_task(
@@ -151,14 +151,14 @@ def drive_tour(
     Raises:
         ValueError: If the policy cannot read what the task observes.
     """
-    found: list[RoomAttempt] = []
+    attempts: list[RoomAttempt] = []
     for goal in goals:
         (drive,) = drive_tasks(policy, config, [RoomTask(start, goal)])
-        found.append(drive)
+        attempts.append(drive)
         if drive.outcome is not Outcome.GOAL:
             break
         start = Start(*drive.path[-1].tolist())
-    return found
+    return attempts
 
 
 def _driven_together(
@@ -177,9 +177,9 @@ def _driven_together(
         on_step(robots, info)
     rngs = [np.random.default_rng((0, begin + k)) for k in range(count)]
     paths = [[pose] for pose in robots.poses]
-    found: dict[int, RoomAttempt] = {}
-    while len(found) < count:
-        going = np.array([k not in found for k in range(count)])
+    attempts: dict[int, RoomAttempt] = {}
+    while len(attempts) < count:
+        going = np.array([k not in attempts for k in range(count)])
         left = np.flatnonzero(going)
         if on_states is not None:
             on_states(begin + left, states[left])
@@ -193,7 +193,7 @@ def _driven_together(
             paths[k].append(poses[k])
         for k in np.flatnonzero(terminated | truncated).tolist():
             outcome, contact = Outcome(info["outcome"][k]), CONTACTS[info["contact"][k]]
-            found[k] = room_attempt(
+            attempts[k] = room_attempt(
                 tasks[k],
                 outcome,
                 np.array(paths[k]),
@@ -202,7 +202,7 @@ def _driven_together(
                 number=begin + k,
                 period=robots.config.robot.period,
             )
-    return [found[k] for k in range(count)]
+    return [attempts[k] for k in range(count)]
 
 
 def drives_to_bytes(drives: Sequence[RoomAttempt]) -> bytes:

@@ -108,8 +108,8 @@ def watch_cell(
 
     drive = drive_task(policy, task_config, tasks[number], number, on_states, on_step)
     for k, (state, chosen) in enumerate(supports):
-        found = support_points_of(k, moments[k].pose, state, chosen, fitting.lidar)
-        moments[k] = RoomMoment(**{**vars(moments[k]), "support": found})
+        support = support_points_of(k, moments[k].pose, state, chosen, fitting.lidar)
+        moments[k] = RoomMoment(**{**vars(moments[k]), "support": support})
     angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     outline = fitting.robot.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     outcome = str(drive.outcome)

@@ -110,11 +110,11 @@ class Sample:
         """
         rows = {key: k for k, key in enumerate(self.repeats)}
         columns = {key: k for k, key in enumerate(clusters or self.clusters)}
-        found = np.zeros((len(rows), len(columns)))
+        values = np.zeros((len(rows), len(columns)))
         for attempt in self.attempts:
             place = rows[self.design.repeat(attempt)], columns[self.design.cluster(attempt)]
-            found[place] = measure(attempt) or 0.0
-        return found
+            values[place] = measure(attempt) or 0.0
+        return values
 
     def count(self, test: Test) -> int:
         """Return the number of attempts that pass a test."""
@@ -189,10 +189,10 @@ def mean(name: str, measure: Measure, most: float = np.inf) -> Column:
     """
 
     def column(sample: Sample) -> Row:
-        found = clustered_mean(sample.grid(measure))
-        low = None if found.low is None else max(found.low, 0.0)
-        high = None if found.high is None else min(found.high, most)
-        return {name: found.mean, f"{name}_low": low, f"{name}_high": high}
+        estimate = clustered_mean(sample.grid(measure))
+        low = None if estimate.low is None else max(estimate.low, 0.0)
+        high = None if estimate.high is None else min(estimate.high, most)
+        return {name: estimate.mean, f"{name}_low": low, f"{name}_high": high}
 
     return column
 
@@ -230,8 +230,8 @@ def mean_difference(name: str, measure: Measure) -> Comparator:
 
     def comparator(base: Sample, other: Sample) -> Row:
         first, second = pair(base, other, measure)
-        found = clustered_mean(second - first)
-        return {name: found.mean, f"{name}_low": found.low, f"{name}_high": found.high}
+        estimate = clustered_mean(second - first)
+        return {name: estimate.mean, f"{name}_low": estimate.low, f"{name}_high": estimate.high}
 
     return comparator
 
@@ -251,16 +251,16 @@ def mcnemar_test(name: str, test: Test = is_success) -> Comparator:
 
     def comparator(base: Sample, other: Sample) -> Row:
         first, second = pair(base, other, test)
-        found = mcnemar(first > 0, second > 0)
-        wins = {f"{name}_gained": found.gained, f"{name}_lost": found.lost}
-        return {**wins, f"{name}_p": found.p_value}
+        result = mcnemar(first > 0, second > 0)
+        wins = {f"{name}_gained": result.gained, f"{name}_lost": result.lost}
+        return {**wins, f"{name}_p": result.p_value}
 
     return comparator
 
 
-def _columns(name: str, found: Difference) -> Row:
+def _columns(name: str, difference: Difference) -> Row:
     """Return the columns of a difference."""
-    return {name: found.mean, f"{name}_low": found.low, f"{name}_high": found.high}
+    return {name: difference.mean, f"{name}_low": difference.low, f"{name}_high": difference.high}
 
 
 def row_of(columns: Iterable[Column], sample: Sample) -> Row:
@@ -288,10 +288,10 @@ class Table:
 
     def samples(self, attempts: Iterable[Attempt[Any]]) -> list[Sample]:
         """Return the samples of the rows, in the order of their first attempts."""
-        found: dict[Hashable, list[Attempt[Any]]] = {}
+        groups: dict[Hashable, list[Attempt[Any]]] = {}
         for attempt in attempts:
-            found.setdefault(self.by(attempt), []).append(attempt)
-        return [Sample(tuple(some), self.design) for some in found.values()]
+            groups.setdefault(self.by(attempt), []).append(attempt)
+        return [Sample(tuple(some), self.design) for some in groups.values()]
 
     def rows(self, attempts: Iterable[Attempt[Any]]) -> list[Row]:
         """Return a row of each key, in the order of their first attempts."""

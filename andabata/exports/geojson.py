@@ -100,8 +100,8 @@ def _known(reference: GeoReference | None, name: str) -> GeoReference:
 
 def _geodetic(points: NDArray[np.float64], reference: GeoReference) -> list[list[float]]:
     """Return longitude, latitude and, where it is known, altitude of points of the map [m]."""
-    found = reference.to_geodetic(points)[:, [1, 0, 2]]
-    return _rounded(found if reference.altitude is not None else found[:, :2])
+    coordinates = reference.to_geodetic(points)[:, [1, 0, 2]]
+    return _rounded(coordinates if reference.altitude is not None else coordinates[:, :2])
 
 
 def _rounded(places: NDArray[np.float64]) -> list[list[float]]:

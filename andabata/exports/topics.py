@@ -115,10 +115,10 @@ def _find_cloud(bag: Bag, topic: str | None, number: int) -> RosMessage:
     if topic is None and len(clouds) == 1:
         topic = next(iter(clouds))
     if topic not in clouds:
-        found = ", ".join(f"{name} ({n})" for name, n in sorted(clouds.items())) or "none"
+        listed = ", ".join(f"{name} ({n})" for name, n in sorted(clouds.items())) or "none"
         lost = "".join(f"; {name}: {reason}" for name, reason in sorted(bag.unreadable.items()))
         text = (
-            f"--topic: expected one of the clouds of {bag.path}: {found}; got {topic or 'no name'}"
+            f"--topic: expected one of the clouds of {bag.path}: {listed}; got {topic or 'no name'}"
         )
         raise BagError(text + lost)
     if topic in bag.unreadable:
@@ -273,9 +273,9 @@ def _staged(out: Path) -> Iterator[Path]:
         raise
 
 
-def _one_more(found: dict[str, LeftOut], topic: str, reason: str) -> LeftOut:
+def _one_more(left_out: dict[str, LeftOut], topic: str, reason: str) -> LeftOut:
     """Return the damaged clouds of a topic with one more."""
-    before = found.get(topic)
+    before = left_out.get(topic)
     if before is None or before.messages is None:
         return LeftOut(topic, 1, reason)
     return LeftOut(topic, before.messages + 1, before.reason)

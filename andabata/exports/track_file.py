@@ -142,12 +142,12 @@ def _fixes(bag: Bag, name: str) -> NDArray[np.float64]:
 
 def _goals(bag: Bag) -> NDArray[np.float64]:
     """Return the goals in the map, each once, in their order [m], shape (k, 2)."""
-    found: dict[tuple[float, float], None] = {}
+    goals: dict[tuple[float, float], None] = {}
     for message in bag.messages((topics.GOAL.ros1,)):
         if message.content.header.frame_id == "map":
             place = message.content.pose.position
-            found[float(place.x), float(place.y)] = None
-    return np.array(list(found), dtype=np.float64).reshape(-1, 2)
+            goals[float(place.x), float(place.y)] = None
+    return np.array(list(goals), dtype=np.float64).reshape(-1, 2)
 
 
 def _write_geojson(

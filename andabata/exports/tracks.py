@@ -80,13 +80,13 @@ def read_tracks(bag: Bag, names: tuple[str, ...] | None = None) -> list[Track]:
         if message.kind == _PATH:
             rows[message.topic].clear()
         rows[message.topic] += _poses(message.kind, message.content)
-    found = [_track(name, entries) for name, entries in rows.items() if entries]
-    if not found:
+    tracks = [_track(name, entries) for name, entries in rows.items() if entries]
+    if not tracks:
         raise BagError(
             f"{bag.path}: expected poses of the robot's body in {', '.join(rows)}, got "
             "none; choose another topic by --topic"
         )
-    return found
+    return tracks
 
 
 def _chosen(bag: Bag, names: tuple[str, ...] | None) -> tuple[str, ...]:

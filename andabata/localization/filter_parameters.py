@@ -17,13 +17,19 @@ class NoiseModel(NamedTuple):
         lateral_speed: Process: stationary standard deviation of the lateral speed [m/s].
         lateral_speed_time: Process: correlation time of the lateral speed [s].
         hard_iron_walk: Process: random walk of the hard iron [uT/sqrt(s)].
-        gnss_error: Process: stationary standard deviation of the correlated satellite error [m].
+        compass_error: Process: stationary standard deviation of the error of the compass heading
+            that is neither white nor hard iron: soft iron and the motors' currents [rad].
+        compass_error_time: Process: correlation time of that error [s].
+        gnss_error: Process: stationary standard deviation of the slow satellite error at the start
+            [m]; then what ``ReceiverError`` makes of the fixes.
         gnss_error_time: Process: correlation time of that error [s].
         accel_bias_walk: Process: random walk of the accelerometer's bias [m/s2/sqrt(s)].
+        wheel_scale_walk: Process: random walk of the wheels' scale [1/sqrt(s)].
+        slope_slip_walk: Process: random walk of the slip on slopes [1/sqrt(s)].
         wheel_speed: Measurement: forward speed by encoders [m/s].
         vibration: Measurement: acceleration other than gravity, horizontal; vertical is twice that
             [m/s2].
-        mag: Measurement: an axis of the magnetometer [uT].
+        mag: Measurement: white noise of an axis of the magnetometer [uT].
         zero_rate: Measurement: gyro reading at rest [rad/s].
     """
 
@@ -35,9 +41,13 @@ class NoiseModel(NamedTuple):
     lateral_speed: float = 0.012
     lateral_speed_time: float = 5.0
     hard_iron_walk: float = 0.001
-    gnss_error: float = 0.25
-    gnss_error_time: float = 60.0
+    compass_error: float = 0.06
+    compass_error_time: float = 30.0
+    gnss_error: float = 0.635
+    gnss_error_time: float = 300.0
     accel_bias_walk: float = 0.003
+    wheel_scale_walk: float = 1e-4
+    slope_slip_walk: float = 1e-3
     wheel_speed: float = 0.05
     vibration: float = 0.75
     mag: float = 0.4
@@ -80,13 +90,18 @@ class Gates(NamedTuple):
 
     Attributes:
         wheels: Gate of the forward speed by encoders.
-        vector: Gate of gravity, magnetic field and gyro at rest.
+        heading: Gate of the compass heading.
+        vector: Gate of gravity and gyro at rest.
         gnss: Gate of satellite fixes.
+        field: Largest difference of the levelled field's horizontal and vertical part from those
+            of the place [uT]: more is no field of the Earth's and the robot's.
     """
 
     wheels: float = 10.83
+    heading: float = 10.83
     vector: float = 16.27
     gnss: float = 11.34
+    field: float = 15.0
 
 
 class FilterModel(NamedTuple):

@@ -16,12 +16,14 @@ from andabata.localization.filter_state import (
     LATERAL_SPEED,
     PITCH,
     ROLL,
+    SLOPE_SLIP,
     SPEED,
+    WHEEL_SCALE,
 )
 from andabata.localization.measurement_models import (
     correct_gnss,
     correct_gravity,
-    correct_mag,
+    correct_heading,
     correct_wheels,
     correct_zero_rate,
 )
@@ -62,10 +64,13 @@ _CONSIDERED = np.array(
         LATERAL_SPEED,
         ACCEL_BIAS_X,
         ACCEL_BIAS_Y,
+        WHEEL_SCALE,
+        SLOPE_SLIP,
     ]
 )
 """States of the motion, which do not depend on the place on Earth: tilt, speeds, biases of gyro and
-accelerometer. With a field from a model, magnetometer and fixes consider them (Schmidt 1966)."""
+accelerometer, errors of the wheels. With a field from a model, magnetometer and fixes consider them
+(Schmidt 1966)."""
 
 
 @borrowing_kernel
@@ -190,8 +195,8 @@ def _take_wheels(
     """Correct with the encoder rows up to an instant.
 
     Args:
-        x: State, changed in place, shape (18,).
-        P: Covariance, changed in place, shape (18, 18).
+        x: State, changed in place, shape (20,).
+        P: Covariance, changed in place, shape (20, 20).
         now: Stamp of the state [s].
         end: End of the period [s]; rows ahead of it are passed over.
         rows: Encoder rows that arrived, shape (k, 3).
@@ -235,7 +240,7 @@ def _take_mag_or_gnss(
     Returns:
         Index of the next row.
     """
-    gate = model.gates.vector if sensor == COMPASS else model.gates.gnss
+    gate = model.gates.heading if sensor == COMPASS else model.gates.gnss
     first = _next_row(rows, first, end)
     while _is_due(rows, first, now):
         nis = np.nan
@@ -243,7 +248,7 @@ def _take_mag_or_gnss(
             if model.body.heading_only:
                 _copy_belief(x, P, workspace.kept_state, workspace.kept_covariance)
             if sensor == COMPASS:
-                nis = correct_mag(x, P, rows[first], model, workspace)
+                nis = correct_heading(x, P, rows[first], model, workspace)
             else:
                 nis = correct_gnss(x, P, rows[first], model, workspace)
             if model.body.heading_only:
@@ -355,7 +360,7 @@ def _advance_odometry(
     The process is that of ``predict``, with a yaw of its own that no correction changes.
 
     Args:
-        x: State after the step, shape (18,).
+        x: State after the step, shape (20,).
         imu: Inertial row, shape (7,).
         dt: Length of the step [s].
         body: Parameters of the robot.

@@ -16,9 +16,6 @@ _UNKNOWN_HEIGHT_SIGMA = 1e6
 _MIN_VARIANCE = 1e-4
 """Least variance of a fix [m2]: a centimetre, whatever the receiver reports."""
 
-_MIN_WHITE_VARIANCE = 0.01
-"""Least variance that remains for a fix without its correlated part [m2]."""
-
 
 class FixConverter:
     """Checks fixes, converts them to the map and counts what it rejects or assumes.
@@ -57,8 +54,8 @@ class FixConverter:
             height: Estimated height in the map [m], for fixes without an altitude.
 
         Returns:
-            Rows of stamp [s], x, y, z, horizontal and vertical sigma [m], shape (j, 6), and the
-            number of fixes that were rejected.
+            Rows of stamp [s], x, y, z, horizontal sigma as it is stated and vertical sigma [m],
+            shape (j, 6), and the number of fixes that were rejected.
         """
         if not len(fixes):
             return np.empty((0, 6)), 0
@@ -79,11 +76,11 @@ class FixConverter:
         config = self._config
         known = math.isfinite(variance) and variance > 0
         variance = max(variance, _MIN_VARIANCE) if known else config.fix_sigma**2
-        # A receiver's variance includes the correlated error, which is a state here.
-        white = max(variance - config.noise.gnss_error**2, _MIN_WHITE_VARIANCE)
+        sigma = math.sqrt(variance)
         if math.isnan(altitude):
-            return math.sqrt(white), _UNKNOWN_HEIGHT_SIGMA
-        return math.sqrt(white), config.vertical_ratio * math.sqrt(variance)
+            return sigma, _UNKNOWN_HEIGHT_SIGMA
+        vertical = config.vertical_ratio * max(sigma, config.receiver.total)
+        return sigma, vertical
 
     def _positions(self, geodetic: NDArray[np.float64], height: float) -> NDArray[np.float64]:
         """Return positions in the map [m]; those without an altitude at the given height."""

@@ -13,11 +13,14 @@ class Health(StrEnum):
     Attributes:
         OK: All sensors send data that are accepted.
         DEGRADED: Some sensor is missing; the pose is still usable.
+        DISORIENTED: The heading is unknown, all else is there; the robot creeps, so that two fixes
+            tell it.
         LOST: No usable pose; the robot has to stand still.
     """
 
     OK = "ok"
     DEGRADED = "degraded"
+    DISORIENTED = "disoriented"
     LOST = "lost"
 
 

@@ -1,8 +1,8 @@
 """Process model of the robot's filter, and the prediction by it.
 
 Process, for a gyro reading w and a step dt: attitude kinematics of z-y-x angles, position moved by
-the speeds along the body's axes, first-order Gauss-Markov processes for lateral speed and satellite
-error, random walks for all biases and the forward speed.
+the speeds along the body's axes, first-order Gauss-Markov processes for lateral speed, compass and
+satellite error, random walks for all biases and the forward speed.
 """
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from andabata.localization.filter_parameters import BodyParameters, FilterModel, NoiseModel
 from andabata.localization.filter_state import (
     ACCEL_BIAS_X,
+    COMPASS_ERROR,
     GNSS_EAST,
     GNSS_NORTH,
     GYRO_BIAS_X,
@@ -20,8 +21,10 @@ from andabata.localization.filter_state import (
     LATERAL_SPEED,
     PITCH,
     ROLL,
+    SLOPE_SLIP,
     SPEED,
     STATES,
+    WHEEL_SCALE,
     YAW,
     X,
     Y,
@@ -65,8 +68,8 @@ def predict(
     """Predict state and covariance over a step, with a gyro reading as input.
 
     Args:
-        x: State, changed in place, shape (18,).
-        P: Covariance, changed in place, shape (18, 18).
+        x: State, changed in place, shape (20,).
+        P: Covariance, changed in place, shape (20, 20).
         imu: Inertial row, of which the angular velocity is used, shape (7,).
         dt: Length of the step [s].
         model: Parameters of the filter.
@@ -102,13 +105,11 @@ def predict(
             P[_MOVED[a], _MOVED[b]] = covariance[a, b]
     for i in (ROLL, PITCH, YAW):
         x[i] = wrap_angle(x[i])
-    # Decay of the two Gauss-Markov processes.
-    lateral_decay = np.exp(-dt / noise.lateral_speed_time)
-    gnss_decay = np.exp(-dt / noise.gnss_error_time)
-    _decay(x, P, LATERAL_SPEED, lateral_decay)
-    _decay(x, P, GNSS_EAST, gnss_decay)
-    _decay(x, P, GNSS_NORTH, gnss_decay)
-    _add_process_noise(P, dt, lateral_decay, gnss_decay, noise)
+    _decay(x, P, dt, LATERAL_SPEED, noise.lateral_speed, noise.lateral_speed_time)
+    _decay(x, P, dt, COMPASS_ERROR, noise.compass_error, noise.compass_error_time)
+    _decay(x, P, dt, GNSS_EAST, noise.gnss_error, noise.gnss_error_time)
+    _decay(x, P, dt, GNSS_NORTH, noise.gnss_error, noise.gnss_error_time)
+    _add_walks(P, dt, noise)
     return True
 
 
@@ -177,7 +178,7 @@ def _apply_linear_part(
     """Apply the linear part to rows of the length of a state, and write them as columns.
 
     Args:
-        rows: Rows, shape (k, 18).
+        rows: Rows, shape (k, 20).
         forward: Way per m/s forward [s].
         lateral: Way per m/s to the left [s].
         out: Buffer, shape (6, k).
@@ -190,30 +191,40 @@ def _apply_linear_part(
 
 
 @inlined_kernel
-def _decay(x: NDArray[np.float64], P: NDArray[np.float64], i: int, factor: float) -> None:
-    """Multiply a state by a factor, in place, with its row and column of the covariance."""
+def _decay(
+    x: NDArray[np.float64], P: NDArray[np.float64], dt: float, i: int, sigma: float, time: float
+) -> None:
+    """Let a state of a first-order Gauss-Markov process decay over a step, in place.
+
+    What it loses of its variance the process noise ``sigma^2 (1 - decay^2)`` gives back at the
+    stationary standard deviation.
+
+    Args:
+        x: State, shape (20,).
+        P: Covariance, shape (20, 20).
+        dt: Length of the step [s].
+        i: Index of the state.
+        sigma: Stationary standard deviation.
+        time: Correlation time [s].
+    """
+    factor = np.exp(-dt / time)
     x[i] *= factor
     for j in range(STATES):
         P[i, j] *= factor
         P[j, i] *= factor
+    P[i, i] += sigma**2 * (1 - factor * factor)
 
 
 @borrowing_kernel
-def _add_process_noise(
-    P: NDArray[np.float64], dt: float, lateral_decay: float, gnss_decay: float, noise: NoiseModel
-) -> None:
-    """Add the process noise of a step [s] to a covariance, in place.
-
-    Random walks add ``sigma^2 dt``; Gauss-Markov processes add ``sigma^2 (1 - decay^2)``, which
-    keeps their stationary variance.
-    """
+def _add_walks(P: NDArray[np.float64], dt: float, noise: NoiseModel) -> None:
+    """Add what random walks gain in a step [s], ``sigma^2 dt``, to a covariance, in place."""
     for a in range(3):
         P[ROLL + a, ROLL + a] += noise.gyro**2 * dt
         P[GYRO_BIAS_X + a, GYRO_BIAS_X + a] += noise.gyro_bias_walk**2 * dt
         P[X + a, X + a] += (noise.position_walk if a < 2 else noise.height_walk) ** 2 * dt
-        P[HARD_IRON_X + a, HARD_IRON_X + a] += noise.hard_iron_walk**2 * dt
     P[SPEED, SPEED] += noise.speed_walk**2 * dt
-    P[LATERAL_SPEED, LATERAL_SPEED] += noise.lateral_speed**2 * (1 - lateral_decay * lateral_decay)
     for a in range(2):
-        P[GNSS_EAST + a, GNSS_EAST + a] += noise.gnss_error**2 * (1 - gnss_decay * gnss_decay)
+        P[HARD_IRON_X + a, HARD_IRON_X + a] += noise.hard_iron_walk**2 * dt
         P[ACCEL_BIAS_X + a, ACCEL_BIAS_X + a] += noise.accel_bias_walk**2 * dt
+    P[WHEEL_SCALE, WHEEL_SCALE] += noise.wheel_scale_walk**2 * dt
+    P[SLOPE_SLIP, SLOPE_SLIP] += noise.slope_slip_walk**2 * dt

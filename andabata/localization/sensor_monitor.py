@@ -40,8 +40,10 @@ class SensorMonitor:
         )
         self._inflated = dict(self._accepted)
         self._inflations = dict.fromkeys(self._accepted, 0)
-        # Offsets [m] from the estimate of fixes since the last accepted one.
+        # Offsets [m] from the estimate of fixes since the last accepted one, and the way since [m].
         self._offsets: list[NDArray[np.float64]] = []
+        self._way = 0.0
+        self._has_position = False
 
     def receive(self, sensor: str, stamp: float) -> None:
         """Record that a sensor sent data at a time [s]."""
@@ -53,6 +55,17 @@ class SensorMonitor:
         self._inflations[sensor] = 0
         if sensor == "gnss":
             self._offsets.clear()
+            self._way = 0.0
+            self._has_position = True
+
+    def contradicts_fixes(self, stamp: float) -> bool:
+        """Return true if fixes arrive and have not been accepted for long [s]."""
+        limit, gnss = self._config.gnss_timeout, "gnss"
+        return stamp - self._received[gnss] <= limit < stamp - self._accepted[gnss]
+
+    def drive(self, way: float) -> None:
+        """Record a way that was driven, forward or backward [m]."""
+        self._way += abs(way)
 
     def add_offset(self, offset: NDArray[np.float64]) -> None:
         """Record the offset of a fix from the estimate [m], shape (2,)."""
@@ -68,8 +81,11 @@ class SensorMonitor:
         if self._received[sensor] != stamp:
             return None
         config = self._config
-        multipath = sensor == "gnss" and self._looks_like_multipath()
-        time_out = config.multipath_inflation_time if multipath else config.inflation_time
+        time_out = config.inflation_time
+        if sensor == "gnss" and self._is_out_of_reach():
+            time_out = config.jump_inflation_time
+        elif sensor == "gnss" and self._looks_like_multipath():
+            time_out = config.multipath_inflation_time
         if not stamp - self._inflated[sensor] > time_out:
             return None
         factor = 2 ** self._inflations[sensor]
@@ -86,12 +102,22 @@ class SensorMonitor:
         near = np.hypot(*last) < self._config.multipath_offset
         return bool(near and np.hypot(*(last - first)) < self._config.multipath_spread)
 
+    def _is_out_of_reach(self) -> bool:
+        """Return true if fixes lie farther off than the robot can have driven since the last one.
+
+        Before any fix was accepted the position itself may be wrong.
+        """
+        if not (self._has_position and self._offsets):
+            return False
+        offset = np.median(self._offsets[-_MEDIAN_OF:], axis=0)
+        return bool(np.hypot(*offset) > self._config.multipath_offset + 2 * self._way)
+
     def warnings(self, now: float, P: NDArray[np.float64]) -> tuple[str, ...]:
         """Return what is wrong with sensors and estimate, one text each.
 
         Args:
             now: Stamp of the state [s].
-            P: Covariance of the state, shape (18, 18).
+            P: Covariance of the state, shape (20, 20).
         """
         found = []
         for name, stamps, limit, text in self._timeouts:
@@ -117,11 +143,14 @@ def _uncertainty(P: NDArray[np.float64]) -> tuple[float, float]:
 def health_of(warnings: tuple[str, ...]) -> Health:
     """Return the health for some warnings of ``SensorMonitor.warnings``.
 
-    A robot is lost without a position, a heading, or both IMU and wheels.
+    A robot is lost without a position, or without both IMU and wheels. Without a heading it has a
+    way out as long as inertial unit, wheels and fixes work: it is disoriented, else lost.
     """
     if not warnings:
         return Health.OK
     sources = {text.split(":")[0] for text in warnings}
-    if {"position", "heading"} & sources or {"imu", "wheels"} <= sources:
+    if "position" in sources or {"imu", "wheels"} <= sources:
         return Health.LOST
+    if "heading" in sources:
+        return Health.LOST if {"imu", "wheels", "gnss"} & sources else Health.DISORIENTED
     return Health.DEGRADED

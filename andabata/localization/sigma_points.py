@@ -19,7 +19,7 @@ ROWS = 6
 attitude and gyro bias."""
 
 ATTITUDE_ROWS = 3
-"""Number of those rows that change the attitude, on which the magnetic field depends."""
+"""Number of those rows that change the attitude, on which the compass heading depends."""
 
 SIN_ROLL, COS_ROLL, SIN_PITCH, COS_PITCH, SIN_YAW, COS_YAW, CREEP, _TRIG_COLUMNS = range(8)
 """Columns of the table of a point's attitude, and their number."""
@@ -31,16 +31,16 @@ class Workspace(NamedTuple):
     Attributes:
         process: Transform of what the process moves: attitude and position.
         gravity: Transform of the specific force.
-        compass: Transform of the magnetic field.
+        compass: Transform of the compass heading.
         trig: Sine and cosine of roll, pitch and yaw of each point, and its share of the creep,
             shape (13, 7).
-        cross: Covariance of a linear measurement and the state, shape (3, 18).
+        cross: Covariance of a linear measurement and the state, shape (3, 20).
         S: Covariance of a linear measurement, shape (3, 3).
         innovation: Measurement less expectation, shape (3,).
-        gain: Gain of one number, shape (18,).
-        kept_state: State before a correction, shape (18,).
-        kept_covariance: Covariance before a correction, shape (18, 18).
-        angular: 1 for states that are angles, as ``ANGULAR``, uint8, shape (18,).
+        number: Covariance of a measurement of one number and the state, shape (20,).
+        kept_state: State before a correction, shape (20,).
+        kept_covariance: Covariance before a correction, shape (20, 20).
+        angular: 1 for states that are angles, as ``ANGULAR``, uint8, shape (20,).
     """
 
     process: Transform
@@ -50,7 +50,7 @@ class Workspace(NamedTuple):
     cross: NDArray[np.float64]
     S: NDArray[np.float64]
     innovation: NDArray[np.float64]
-    gain: NDArray[np.float64]
+    number: NDArray[np.float64]
     kept_state: NDArray[np.float64]
     kept_covariance: NDArray[np.float64]
     angular: NDArray[np.uint8]
@@ -62,12 +62,12 @@ class Workspace(NamedTuple):
         return cls(
             process=allocate_transform(n, 6, ROWS, seen),
             gravity=allocate_transform(n, 3, ROWS, seen),
-            compass=allocate_transform(n, 3, ATTITUDE_ROWS, ATTITUDE_ROWS),
+            compass=allocate_transform(n, 1, ATTITUDE_ROWS, ATTITUDE_ROWS),
             trig=np.zeros((2 * ROWS + 1, _TRIG_COLUMNS)),
             cross=np.zeros((3, n)),
             S=np.zeros((3, 3)),
             innovation=np.zeros(3),
-            gain=np.zeros(n),
+            number=np.zeros(n),
             kept_state=np.zeros(n),
             kept_covariance=np.zeros((n, n)),
             angular=ANGULAR.astype(np.uint8),
@@ -86,8 +86,8 @@ def draw_points(
     """Draw the sigma points of a transform, and fill the sines of their attitude.
 
     Args:
-        x: State, shape (18,).
-        P: Covariance, shape (18, 18).
+        x: State, shape (20,).
+        P: Covariance, shape (20, 20).
         angles: Number of angles whose sines are filled: 2 without that of the yaw.
         model: Parameters of the filter.
         transform: Buffers of the transform.

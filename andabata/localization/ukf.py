@@ -341,35 +341,30 @@ def correct(
 
 
 @borrowing_kernel
-def correct_state(
+def correct_number(
     x: NDArray[np.float64],
     P: NDArray[np.float64],
     angular: NDArray[np.uint8],
-    index: int,
-    z: float,
-    variance: float,
+    cross: NDArray[np.float64],
+    s: float,
+    innovation: float,
     gate: float,
-    gain: NDArray[np.float64],
 ) -> float:
-    """Correct in place with a measurement of one state itself.
-
-    The measurement is linear, where the unscented transform is exact: no points have to be drawn.
+    """Correct in place with a measurement of one number.
 
     Args:
         x: Mean, shape (n,).
         P: Covariance, shape (n, n).
         angular: 1 for states that are angles, else 0, uint8, shape (n,).
-        index: Index of the measured state, which is no angle.
-        z: Measurement.
-        variance: Variance of the measurement.
+        cross: Covariance of expected measurement and state, shape (n,); overwritten.
+        s: Variance of the innovation, measurement noise included.
+        innovation: Measurement less expectation; an angle is wrapped.
         gate: Largest NIS that is accepted.
-        gain: Buffer, shape (n,).
 
     Returns:
         The NIS; if it is larger than the gate, or NaN, nothing was changed.
     """
     n = len(x)
-    s, innovation = P[index, index] + variance, z - x[index]
     if not s > 0.0:
         return np.nan
     nis = innovation * innovation / s
@@ -377,12 +372,12 @@ def correct_state(
         return nis
     scale = 1.0 / np.sqrt(s)
     for i in range(n):
-        gain[i] = P[index, i] * scale
-        x[i] += gain[i] * innovation * scale
+        cross[i] *= scale
+        x[i] += cross[i] * innovation * scale
     for i in range(n):
         if angular[i]:
             x[i] = wrap_angle(x[i])
-        share = gain[i]
+        share = cross[i]
         for j in range(n):
-            P[i, j] -= share * gain[j]
+            P[i, j] -= share * cross[j]
     return nis

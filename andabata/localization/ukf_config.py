@@ -5,6 +5,7 @@ from typing import NamedTuple
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.localization.filter_parameters import Gates, NoiseModel
+from andabata.localization.receiver_error import ReceiverConfig
 from andabata.machine.clock import CONTROL_PERIOD
 
 
@@ -20,6 +21,8 @@ class InitialSigma(NamedTuple):
         speed: Forward speed [m/s].
         hard_iron: Each axis of the robot's own magnetic field [uT].
         accel_bias: Each axis of the accelerometer's bias [m/s2].
+        wheel_scale: Share by which the wheels read too fast.
+        slope_slip: That share per sine of a climb.
     """
 
     tilt: float = 0.02
@@ -28,8 +31,10 @@ class InitialSigma(NamedTuple):
     position: float = 0.5
     height: float = 0.1
     speed: float = 0.05
-    hard_iron: float = 1.0
+    hard_iron: float = 3.0
     accel_bias: float = 0.03
+    wheel_scale: float = 0.02
+    slope_slip: float = 0.2
 
 
 class UkfConfig(BaseModel):
@@ -41,6 +46,7 @@ class UkfConfig(BaseModel):
             gravity.
         noise: Process and measurement noise.
         gates: Largest normalised innovations squared that are accepted.
+        receiver: What is assumed of the satellite receiver.
         fix_sigma: Standard deviation of a fix without a covariance [m].
         vertical_ratio: Ratio of vertical to horizontal noise of a fix.
         max_delay: Largest delay of a fix that is still taken into account [s].
@@ -54,10 +60,12 @@ class UkfConfig(BaseModel):
             inflated [s].
         multipath_inflation_time: Time of rejected fixes after which the covariance is inflated if
             all are off by the same, as by multipath and not by spinning wheels [s].
+        jump_inflation_time: Time of rejected fixes after which the covariance is inflated if they
+            are farther off than the robot can have driven: whoever carried it has put it down [s].
         multipath_spread: Largest change of the offsets of such fixes [m].
         multipath_offset: Largest offset of such fixes [m].
         lost_position: Standard deviation of the position from which the robot is lost [m].
-        lost_yaw: Standard deviation of the heading from which the robot is lost [rad].
+        lost_yaw: Standard deviation of the heading from which the robot is disoriented [rad].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -68,6 +76,7 @@ class UkfConfig(BaseModel):
     )
     noise: NoiseModel = NoiseModel()
     gates: Gates = Gates()
+    receiver: ReceiverConfig = Field(default_factory=ReceiverConfig)
     fix_sigma: float = Field(default=3.0, gt=0, le=100)
     vertical_ratio: float = Field(default=2.0, gt=0)
     max_delay: float = Field(default=2.0, gt=0, le=30)
@@ -78,6 +87,7 @@ class UkfConfig(BaseModel):
     gnss_timeout: float = Field(default=6.0, gt=0)
     inflation_time: float = Field(default=15.0, gt=0)
     multipath_inflation_time: float = Field(default=45.0, gt=0)
+    jump_inflation_time: float = Field(default=300.0, gt=0)
     multipath_spread: float = Field(default=2.5, gt=0)
     multipath_offset: float = Field(default=15.0, gt=0)
     lost_position: float = Field(default=3.0, gt=0)

@@ -25,6 +25,7 @@ from andabata.localization.filter_period import (
 from andabata.localization.filter_state import (
     ACCEL_BIAS,
     ATTITUDE,
+    COMPASS_ERROR,
     GNSS_ERROR,
     GYRO_BIAS,
     HARD_IRON,
@@ -33,8 +34,10 @@ from andabata.localization.filter_state import (
     PITCH,
     POSITION,
     ROLL,
+    SLOPE_SLIP,
     SPEED,
     STATES,
+    WHEEL_SCALE,
     YAW,
     Belief,
     X,
@@ -42,8 +45,14 @@ from andabata.localization.filter_state import (
     Z,
 )
 from andabata.localization.fix_conversion import FixConverter
+from andabata.localization.heading_alignment import HeadingAlignment
 from andabata.localization.localizer import Health
-from andabata.localization.measurements import STAMP_TOLERANCE, Measurements
+from andabata.localization.measurements import (
+    HORIZONTAL_SIGMA,
+    STAMP_TOLERANCE,
+    Measurements,
+)
+from andabata.localization.receiver_error import ReceiverError
 from andabata.localization.replay_buffer import FilterPeriod, ReplayBuffer
 from andabata.localization.sensor_monitor import SensorMonitor, health_of
 from andabata.localization.sigma_points import Workspace
@@ -51,7 +60,7 @@ from andabata.localization.ukf import SigmaWeights
 from andabata.localization.ukf_config import UkfConfig
 from andabata.machine.clock import TICK
 from andabata.machine.geo_reference import GeoReference
-from andabata.machine.pose import Pose, PoseTrack
+from andabata.machine.pose import Pose, PoseTrack, wrap
 from andabata.machine.proprioception import MICROTESLA
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import SensorReadings
@@ -62,7 +71,7 @@ __all__ = ["UkfConfig", "UkfLocalizer"]
 _MAX_BRIDGE_STEPS = 100
 """Largest number of prediction steps that bridge a gap of inertial rows."""
 
-_BRIDGE_GYRO_NOISE = 0.1
+_BRIDGE_GYRO_NOISE = 0.05
 """Gyro noise of a prediction whose yaw rate comes from the wheels [rad/sqrt(s)]."""
 
 _NO_FIXES = np.empty((0, 6))
@@ -79,18 +88,24 @@ _MIN_GNSS_ERROR = 1e-3
 """Least initial standard deviation of the correlated satellite error [m]: the covariance has to be
 positive definite."""
 
+_MIN_COMPASS_ERROR = 1e-3
+"""Least initial standard deviation of the compass error [rad]; see ``_MIN_GNSS_ERROR``."""
+
+_SLOW_CHANGE = 0.05
+"""Relative change of the slow satellite error that changes the filter."""
+
 _RESTART_SIGMA = 10.0
 """Standard deviation that is added to the position after a restart [m]."""
 
-_INFLATION = {
-    "compass": (COMPASS, slice(YAW, YAW + 1), 1.0),
-    "gnss": (GNSS, HORIZONTAL, 3.0),
-}
-"""Row of counts, states and standard deviation [rad, m] of a first inflation, by sensor."""
+_INFLATION = {"compass": (COMPASS, 1.0), "gnss": (GNSS, 3.0)}
+"""Row of counts and standard deviation [rad, m] of a first inflation, by sensor."""
+
+_ONE_YAW, _ONE_COMPASS_ERROR = slice(YAW, YAW + 1), slice(COMPASS_ERROR, COMPASS_ERROR + 1)
+"""Slices of one state, for ``_inflate``."""
 
 
 class UkfLocalizer:
-    """Unscented Kalman filter of 18 states, updated once per control period.
+    """Unscented Kalman filter of 20 states, updated once per control period.
 
     A late fix is inserted where it belongs: the filter returns to the period in which the fix was
     taken and runs again from there. The filter continues without a sensor that falls silent or
@@ -159,14 +174,18 @@ class UkfLocalizer:
         self._now = stamp
         self._buffer.clear()
         self._ahead: Measurements | None = None  # Rows that wait for the next period.
+        self._alignment = HeadingAlignment()
         self._monitor = SensorMonitor(self._config, stamp)
+        self._receiver = ReceiverError(self._config.receiver)
+        self._model = self._model._replace(noise=self._config.noise)
+        self._models = packed(self._model)
         self._is_valid = True
         self._track.clear()
         first = self.odometry if own_origin else pose
         self._track.append(stamp, first.position, first.quaternion)
 
     def _initial_covariance(self, rough: bool) -> NDArray[np.float64]:
-        """Return the covariance at the start, shape (18, 18)."""
+        """Return the covariance at the start, shape (20, 20)."""
         config, noise = self._config, self._config.noise
         initial = config.rough_initial_sigma if rough else config.initial_sigma
         sigma = np.empty(STATES)
@@ -178,8 +197,11 @@ class UkfLocalizer:
         sigma[SPEED] = initial.speed
         sigma[LATERAL_SPEED] = max(initial.speed, noise.lateral_speed)
         sigma[HARD_IRON] = initial.hard_iron
+        sigma[COMPASS_ERROR] = max(noise.compass_error, _MIN_COMPASS_ERROR)
         sigma[GNSS_ERROR] = max(noise.gnss_error, _MIN_GNSS_ERROR)
         sigma[ACCEL_BIAS] = initial.accel_bias
+        sigma[WHEEL_SCALE] = initial.wheel_scale
+        sigma[SLOPE_SLIP] = initial.slope_slip
         return np.diag(sigma**2)
 
     def update(self, readings: SensorReadings) -> None:
@@ -204,7 +226,9 @@ class UkfLocalizer:
         filled, waiting = self._run(period, self._odometry)
         self._ahead = self._rows_ahead(measurements) if waiting else None
         self._track.extend(self._rows[:filled])
+        self._monitor.drive(float(self._x[SPEED]) * (self._now - period.now))
         self._supervise(readings, accepted, fixes)
+        self._orient(fixes)
         if not self._is_valid:
             self._restart(readings.stamp)
 
@@ -215,14 +239,47 @@ class UkfLocalizer:
             return _NO_FIXES
         fixes, rejected = self._converter.to_map(given, self._x[Z])
         self._counts[GNSS, REJECTED] += rejected
-        return remove_lever_arm(fixes, self.pose.quaternion, readings.antenna)
+        fixes = remove_lever_arm(fixes, self.pose.quaternion, readings.antenna)
+        if len(fixes):
+            self._split_errors(fixes)
+        return fixes
+
+    def _split_errors(self, fixes: NDArray[np.float64]) -> None:
+        """Leave each fix its white noise alone, in place: its slow error is a state.
+
+        Args:
+            fixes: Rows of ``Measurements.gnss`` whose horizontal sigma is the stated one.
+        """
+        turn = self._x[YAW] - self._odometry[3]
+        sine, cosine = np.sin(turn), np.cos(turn)
+        for fix, place in zip(fixes, self._track.at(fixes[:, 0]), strict=True):
+            x, y = place[:2]
+            way = np.array([cosine * x - sine * y, sine * x + cosine * y])
+            self._receiver.add(float(fix[0]), fix[1:3] - way)
+        slow = self._receiver.slow(float(fixes[-1, HORIZONTAL_SIGMA]) ** 2)
+        if abs(slow - self._model.noise.gnss_error) > _SLOW_CHANGE * slow:
+            self._set_slow_error(slow)
+        fixes[:, HORIZONTAL_SIGMA] = self._receiver.white
+
+    def _set_slow_error(self, sigma: float) -> None:
+        """Change the standard deviation of the slow satellite error [m]."""
+        noise = self._model.noise
+        ratio = sigma / max(noise.gnss_error, _MIN_GNSS_ERROR)
+        if ratio > 1:
+            self._inflate(GNSS_ERROR, np.sqrt(sigma**2 - noise.gnss_error**2))
+        else:  # What is a smaller error than it was held for is so by its ratio.
+            self._x[GNSS_ERROR] *= ratio
+            self._P[GNSS_ERROR] *= ratio
+            self._P[:, GNSS_ERROR] *= ratio
+        self._model = self._model._replace(noise=noise._replace(gnss_error=sigma))
+        self._models = packed(self._model)
 
     def _inertial_rows(self, readings: SensorReadings) -> tuple[NDArray[np.float64], NoiseModel]:
         """Return the inertial rows, a gap before them bridged, and the noise to filter them with.
 
         In a gap longer than ``imu_timeout`` the yaw rate comes from the wheels.
         """
-        rows, noise = _rows(readings.imu, 7), self._config.noise
+        rows, noise = _rows(readings.imu, 7), self._model.noise
         first, end = first_inertial(rows), readings.stamp + TICK
         if first < len(rows):
             self._monitor.receive("imu", readings.stamp)
@@ -271,7 +328,11 @@ class UkfLocalizer:
             self._rows = np.zeros((2 * len(period.measurements.imu), 8))
         models = self._models
         if period.noise is not self._model.noise:
-            models = packed(self._model._replace(noise=period.noise))
+            # Without an inertial unit nothing levels the compass: it corrects the heading alone.
+            bridged = period.noise.gyro == _BRIDGE_GYRO_NOISE
+            body = self._model.body
+            body = body._replace(heading_only=body.heading_only or bridged)
+            models = packed(self._model._replace(noise=period.noise, body=body))
         self._now, filled, waiting, self._is_valid = run_period(
             self._belief,
             self._now,
@@ -316,12 +377,39 @@ class UkfLocalizer:
             if rows is not None and len(rows):
                 monitor.receive(name, stamp)
         now_accepted = self._counts[:, ACCEPTED].tolist()
-        for name, (sensor, states, sigma) in _INFLATION.items():
+        for name, (sensor, sigma) in _INFLATION.items():
             if now_accepted[sensor] > accepted[sensor]:
                 monitor.accept(name, stamp)
             factor = monitor.inflation(name, stamp)
             if factor is not None:
-                self._inflate(states, sigma * factor)
+                self._inflate(self._doubted(name, stamp), sigma * factor)
+
+    def _orient(self, fixes: NDArray[np.float64]) -> None:
+        """Find the heading of a disoriented robot by two fixes, as soon as they are far apart."""
+        if self.health is not Health.DISORIENTED:
+            self._alignment.clear()
+            return
+        for fix, place in zip(fixes, self._track.at(fixes[:, 0]), strict=True):
+            found = self._alignment.add(fix[1:3], place[:2], self._receiver.white)
+            if found is not None:
+                self._set_heading(wrap(float(self._odometry[3]) + found.angle), found.sigma)
+
+    def _set_heading(self, yaw: float, sigma: float) -> None:
+        """Replace the heading and its uncertainty; the compass has to prove itself again."""
+        self._x[YAW] = yaw
+        self._P[YAW], self._P[:, YAW] = 0.0, 0.0
+        self._P[YAW, YAW] = sigma**2
+        self._inflate(_ONE_COMPASS_ERROR, np.pi / 2)
+
+    def _doubted(self, sensor: str, stamp: float) -> slice:
+        """Return the states that are wrong if all data of a sensor are rejected for long.
+
+        The gyro holds the heading: a compass that contradicts it errs itself, unless fixes
+        contradict the estimate as well.
+        """
+        if sensor == "gnss":
+            return HORIZONTAL
+        return _ONE_YAW if self._monitor.contradicts_fixes(stamp) else _ONE_COMPASS_ERROR
 
     def _inflate(self, states: slice, sigma: float) -> None:
         """Add a variance ``sigma**2`` to some states."""
@@ -381,7 +469,7 @@ class UkfLocalizer:
 
     @property
     def health(self) -> Health:
-        """Health of the estimate: lost without a position, a heading, or both IMU and wheels."""
+        """Health of the estimate; see ``health_of``."""
         return health_of(self.warnings)
 
 

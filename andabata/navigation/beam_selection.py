@@ -49,7 +49,7 @@ def useful_beams(
         limits: Ranges that are kept.
     """
     beams = ranges.shape[1]
-    found = np.empty(ranges.size, dtype=np.int64)
+    kept = np.empty(ranges.size, dtype=np.int64)
     count = 0
     for i in range(ranges.shape[0]):
         row = i % len(tilts)
@@ -59,6 +59,6 @@ def useful_beams(
             near = distance < limits.max_range and outward > limits.body_radius
             # The turning head measures the ground beside the robot again and again.
             if near and (distance > limits.dense_range or j % limits.dense_stride == 0):
-                found[count] = i * beams + j
+                kept[count] = i * beams + j
                 count += 1
-    return found[:count]
+    return kept[:count]

@@ -293,7 +293,7 @@ def _move_to_base(
     xyz: NDArray[np.float32],
     position: NDArray[np.float64],
     yaw: float,
-    found: NDArray[np.float32],
+    moved: NDArray[np.float32],
 ) -> None:
     """Write points of ``odom`` as they lie in the levelled base at a pose.
 
@@ -301,13 +301,13 @@ def _move_to_base(
         xyz: x, y and z of the points [m], shape (3, n).
         position: Position of the base in ``odom`` [m], shape (3,).
         yaw: Heading there [rad].
-        found: Output, x, y and z in the base [m], shape (3, n).
+        moved: Output, x, y and z in the base [m], shape (3, n).
     """
     c, s = np.cos(yaw), np.sin(yaw)
     for k in range(xyz.shape[1]):
         x, y = xyz[0, k] - position[0], xyz[1, k] - position[1]
-        found[0, k], found[1, k] = c * x + s * y, c * y - s * x
-        found[2, k] = xyz[2, k] - position[2]
+        moved[0, k], moved[1, k] = c * x + s * y, c * y - s * x
+        moved[2, k] = xyz[2, k] - position[2]
 
 
 def _slice(sweeps: Sweeps, start: int, stop: int) -> Sweeps:

@@ -1,5 +1,6 @@
 """The robot's story, one control step at a time."""
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -22,6 +23,9 @@ from traversability.virtual_scan import VirtualScan
 from worlds.world import Geofence
 
 _STANDSTILL = Twist(0.0, 0.0)
+
+_CREEP_SPEED = 0.1
+"""Largest speed without a heading [m/s]."""
 
 
 class StepResult(NamedTuple):
@@ -51,7 +55,8 @@ Observer = Callable[[StepResult], None]
 class Navigator:
     """Turns sensor readings into wheel speeds: in simulation, in training, on a record, on a robot.
 
-    The robot stands still until there is a first scan, and while it is lost.
+    The robot stands still until there is a first scan, and while it is lost; without a heading it
+    creeps.
 
     Attributes:
         observers: Observers, called after each step. For them the cells are classified at each
@@ -196,7 +201,8 @@ class Navigator:
     def execute(self, command: Twist) -> tuple[Twist, WheelSpeeds]:
         """Return the twist that is driven, after limits and dead zone, and its wheel speeds.
 
-        A robot that is lost stands still.
+        A robot that is lost stands still. One that only lacks a heading creeps: map and rollouts
+        are in ``odom``, so that it hits nothing, and its way tells the heading.
 
         Args:
             command: Wanted twist.
@@ -205,8 +211,11 @@ class Navigator:
             ValueError: If the command is not finite.
         """
         twist = executed_twist(command, self._robot)
-        if self._localizer.health is Health.LOST:
+        health = self._localizer.health
+        if health is Health.LOST:
             twist = _STANDSTILL
+        elif health is Health.DISORIENTED and abs(twist.linear) > _CREEP_SPEED:
+            twist = Twist(math.copysign(_CREEP_SPEED, twist.linear), twist.angular)
         self._previous_steering = (twist.angular, self._previous_steering[0])
         return twist, self._kinematics.wheel_speeds(twist.linear, twist.angular)
 

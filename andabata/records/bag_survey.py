@@ -213,10 +213,10 @@ class BagSurvey:
         corrected = {self._names[name] for name in names} | self._in_bursts
         rows = {}
         for topic in (topics.IMU, topics.MAG, topics.ENCODERS):
-            found = self.history.array(topic)
-            if found is not None and topic not in corrected and len(self._sources[topic]) == 1:
-                found[:, 0] += offsets.get(topic.ros1, 0.0)
-                rows[topic] = found
+            history = self.history.array(topic)
+            if history is not None and topic not in corrected and len(self._sources[topic]) == 1:
+                history[:, 0] += offsets.get(topic.ros1, 0.0)
+                rows[topic] = history
         if topics.IMU not in rows:
             return
         remark = offset_remark(rows[topics.IMU], rows.get(topics.MAG), rows.get(topics.ENCODERS))
@@ -266,13 +266,13 @@ class BagSurvey:
 
     def _topic_stamps(self, name: str) -> TopicStamps:
         """Return the stamps of a topic."""
-        found, topic = self._stamps[name], self._names[name]
+        stamps, topic = self._stamps[name], self._names[name]
         return TopicStamps(
             name,
-            np.array(found.recorder, dtype=np.int64),
-            np.array(found.header, dtype=np.int64),
+            np.array(stamps.recorder, dtype=np.int64),
+            np.array(stamps.header, dtype=np.int64),
             _MAX_LAGS.get(topic, _LASER_MAX_LAG),
-            float(np.median(found.durations)) if found.durations else 0.0,
+            float(np.median(stamps.durations)) if stamps.durations else 0.0,
             topic is not topics.FIX,
         )
 
@@ -299,17 +299,17 @@ def survey_bag(
     wanted = [topic for topic in SensorDecoder(0, cloud).wanted if topic is not topics.GOAL]
     names = {n: t for n, t in topic_names(tuple(wanted), remapping).items() if n in bag.topics}
     diagnostics = tuple(topic_names((topics.DIAGNOSTICS,), remapping))
-    found = BagSurvey(bag, names, decoder, cloud, diagnostics)
-    silent = [n for n, count in found.counts.items() if not count and names[n] != topics.FIX]
+    survey = BagSurvey(bag, names, decoder, cloud, diagnostics)
+    silent = [n for n, count in survey.counts.items() if not count and names[n] != topics.FIX]
     if silent:
         raise BagError(
             f"{bag.path}: expected messages of {', '.join(silent)}, got none; --map names another "
             "topic with the same readings"
         )
     for topic in (topics.IMU, topics.ENCODERS, topics.MAG):
-        if not found.history.count(topic):
-            raise BagError(f"{bag.path}: {found.reason_without_rows(topic)}")
-    return found
+        if not survey.history.count(topic):
+            raise BagError(f"{bag.path}: {survey.reason_without_rows(topic)}")
+    return survey
 
 
 def _scan_duration(content: RosMessage, is_cloud: bool) -> float:

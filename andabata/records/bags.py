@@ -169,13 +169,13 @@ class Bag:
     @property
     def topics(self) -> dict[str, tuple[str, int]]:
         """Message type, the first that can be read, and number of messages by topic."""
-        found: dict[str, tuple[str, int]] = {}
+        types_and_counts: dict[str, tuple[str, int]] = {}
         order = sorted(range(len(self.connections)), key=lambda k: k not in self._decoders)
         for k in order:
             connection = self.connections[k]
-            kind, count = found.get(connection.topic, (connection.kind, 0))
-            found[connection.topic] = (kind, count + self.counts[k])
-        return found
+            kind, count = types_and_counts.get(connection.topic, (connection.kind, 0))
+            types_and_counts[connection.topic] = (kind, count + self.counts[k])
+        return types_and_counts
 
     @property
     def unreadable(self) -> dict[str, str]:
@@ -195,18 +195,18 @@ class Bag:
     @property
     def left_out(self) -> list[LeftOut]:
         """Messages that could not be read: known since the opening, or found by ``messages``."""
-        found = [
+        unread = [
             LeftOut(self.connections[k].topic, self.counts[k], reason)
             for k, reason in self._reasons.items()
             if self.counts[k]
         ]
-        found += [LeftOut(topic, *about) for topic, about in sorted(self._undecoded.items())]
+        unread += [LeftOut(topic, *about) for topic, about in sorted(self._undecoded.items())]
         damage = self._opened.damage
         if damage:
             more = f" (and {len(damage) - 1} more)" if len(damage) > 1 else ""
             offset = f" at byte {damage[0].offset:,}" if damage[0].size else ""
-            found.append(LeftOut(None, self._opened.lost, f"{damage[0].reason}{offset}{more}"))
-        return found
+            unread.append(LeftOut(None, self._opened.lost, f"{damage[0].reason}{offset}{more}"))
+        return unread
 
     def messages(self, topics: tuple[str, ...] | None = None) -> Iterator[Message]:
         """Yield messages in the order of their times of recording.

@@ -70,8 +70,8 @@ class TopicStamps:
     @property
     def offset(self) -> float | None:
         """Median of ``offsets`` [s]; None where at least half of the headers are zero."""
-        found = self.offsets
-        return float(np.median(found)) if 2 * len(found) > len(self.recorder) else None
+        offsets = self.offsets
+        return float(np.median(offsets)) if 2 * len(offsets) > len(self.recorder) else None
 
 
 @dataclass(frozen=True)

@@ -186,10 +186,10 @@ def _types(connection: Connection) -> "Typesdict":
     pages = text.split(f"{_PAGE}IDL: ")
     if len(pages) == 1:
         return get_types_from_idl(text)
-    found: Typesdict = {}
+    types: Typesdict = {}
     for page in pages[1:]:
-        found.update(get_types_from_idl(page.partition("\n")[2]))
-    return found
+        types.update(get_types_from_idl(page.partition("\n")[2]))
+    return types
 
 
 def _unusable(connection: Connection, error: Exception) -> str:

@@ -106,9 +106,9 @@ def read_setup(
     year = decimal_year(epoch_ns)
     if recorded is not None:
         readings = _first_second(bag, recorded.epoch_ns, remapping, decoder, extrinsics)
-        found = make_datum(given, fixes, year, recorded.start.position)
-        found = found or datum_from_heading(readings, recorded.start.yaw)
-        return replace(recorded, datum=found.with_compass(readings))
+        reference = make_datum(given, fixes, year, recorded.start.position)
+        reference = reference or datum_from_heading(readings, recorded.start.yaw)
+        return replace(recorded, datum=reference.with_compass(readings))
     datum = make_datum(given, fixes, year)
     if datum is not None:
         setup = _estimate_setup(bag, datum, fixes, remapping, decoder, extrinsics)
@@ -177,11 +177,11 @@ def read_first_fixes(
         if begin and message.stamp_ns > begin + _FIRST_FIXES * NS:
             break
         sensor_decoder.add(names[message.topic], message.content, message.stamp_ns)
-        found = sensor_decoder.readings(0.0).gnss
-        if found is None:
+        fixes_of_period = sensor_decoder.readings(0.0).gnss
+        if fixes_of_period is None:
             continue
-        rows.append(found)
-        if not begin and check_fixes(found).good.any():
+        rows.append(fixes_of_period)
+        if not begin and check_fixes(fixes_of_period).good.any():
             begin = message.stamp_ns
     return np.concatenate(rows) if rows else np.empty((0, 5)), begin
 

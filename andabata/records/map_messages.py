@@ -21,7 +21,7 @@ _LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 def occupancy_grid(
-    builder: MessageBuilder, seconds: float, found: MapLayers, height: float
+    builder: MessageBuilder, seconds: float, map_layers: MapLayers, height: float
 ) -> RosMessage:
     """Return the occupancy of the local map as a ``nav_msgs/OccupancyGrid``.
 
@@ -32,30 +32,30 @@ def occupancy_grid(
     Args:
         builder: Builder of the messages.
         seconds: Time of the map [s].
-        found: The map.
+        map_layers: The map.
         height: Height at which the map is drawn [m], the robot's; costmaps do not read it.
     """
-    occupancy = found.layers[OCCUPANCY]
+    occupancy = map_layers.layers[OCCUPANCY]
     known = ~np.isnan(occupancy)
     percent = np.minimum(np.rint(100.0 * np.where(known, occupancy, 0.0)), _MOST_FREE)
-    percent[known & (occupancy > found.lethal_occupancy)] = LETHAL
+    percent[known & (occupancy > map_layers.lethal_occupancy)] = LETHAL
     percent[~known] = UNKNOWN
     n = len(occupancy)
     header = builder.header(seconds, _MAP_FRAME)
     info = builder.new(
         "nav_msgs/msg/MapMetaData",
         map_load_time=header.stamp,
-        resolution=found.cell,
+        resolution=map_layers.cell,
         width=n,
         height=n,
-        origin=builder.pose(Pose(np.array([*found.corner, height]), _LEVEL)),
+        origin=builder.pose(Pose(np.array([*map_layers.corner, height]), _LEVEL)),
     )
     # A row of the message runs along x, the first index of ours.
     data = np.ascontiguousarray(percent.T).astype(np.int8).ravel()
     return builder.new("nav_msgs/msg/OccupancyGrid", header=header, info=info, data=data)
 
 
-def grid_map(builder: MessageBuilder, seconds: float, found: MapLayers) -> RosMessage:
+def grid_map(builder: MessageBuilder, seconds: float, map_layers: MapLayers) -> RosMessage:
     """Return all layers of the local map as a ``grid_map_msgs/GridMap``.
 
     grid_map counts rows from the largest x down and columns from the largest y down, stores them
@@ -65,13 +65,13 @@ def grid_map(builder: MessageBuilder, seconds: float, found: MapLayers) -> RosMe
     Args:
         builder: Builder of the messages.
         seconds: Time of the map [s].
-        found: The map.
+        map_layers: The map.
     """
-    n = len(found.layers[OCCUPANCY])
-    header, length = builder.header(seconds, _MAP_FRAME), n * found.cell
-    centre = np.array([*(found.corner + length / 2), 0.0])
+    n = len(map_layers.layers[OCCUPANCY])
+    header, length = builder.header(seconds, _MAP_FRAME), n * map_layers.cell
+    centre = np.array([*(map_layers.corner + length / 2), 0.0])
     info = {
-        "resolution": found.cell,
+        "resolution": map_layers.cell,
         "length_x": length,
         "length_y": length,
         "pose": builder.pose(Pose(centre, _LEVEL)),
@@ -82,9 +82,9 @@ def grid_map(builder: MessageBuilder, seconds: float, found: MapLayers) -> RosMe
         "grid_map_msgs/msg/GridMap",
         **outside,
         info=builder.new("grid_map_msgs/msg/GridMapInfo", **inside, **info),
-        layers=list(found.layers),
+        layers=list(map_layers.layers),
         basic_layers=[OCCUPANCY],
-        data=[_layer(builder, values) for values in found.layers.values()],
+        data=[_layer(builder, values) for values in map_layers.layers.values()],
         outer_start_index=0,
         inner_start_index=0,
     )
@@ -103,26 +103,6 @@ def _layer(builder: MessageBuilder, values: NDArray[np.float32]) -> RosMessage:
     layout = builder.new("std_msgs/msg/MultiArrayLayout", dim=dimensions, data_offset=0)
     data = np.ascontiguousarray(values[::-1, ::-1].T, dtype=np.float32).ravel()
     return builder.new("std_msgs/msg/Float32MultiArray", layout=layout, data=data)
-
-
-def layer_of(message: RosMessage, name: str) -> NDArray[np.float32]:
-    """Return a layer of a ``grid_map_msgs/GridMap``: first index along x, second along y, rising.
-
-    Args:
-        message: Map as grid_map sends it, its circular buffer at any start.
-        name: Name of the layer.
-
-    Raises:
-        ValueError: If the map has no such layer.
-    """
-    if name not in message.layers:
-        known = ", ".join(message.layers)
-        raise ValueError(f"layer: expected one of {known}, got {name!r}")
-    array = message.data[list(message.layers).index(name)]
-    columns, rows = (int(each.size) for each in array.layout.dim)
-    values = np.asarray(array.data, dtype=np.float32).reshape(columns, rows).T
-    start = (-int(message.outer_start_index), -int(message.inner_start_index))
-    return np.roll(values, start, axis=(0, 1))[::-1, ::-1]
 
 
 def path(builder: MessageBuilder, seconds: float, places: NDArray[np.float64]) -> RosMessage:

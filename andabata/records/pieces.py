@@ -155,14 +155,14 @@ def _longest(pieces: list[Piece], remarks: Remarks) -> list[Piece]:
 
 def _cuts(readings: list[TopicStamps], remarks: Remarks) -> list[int]:
     """Return the recorder's stamps at which a new piece begins [ns]."""
-    found: list[int] = []
+    cuts: list[int] = []
     stamps = np.unique(np.concatenate([topic.recorder for topic in readings]))
     begin = stamps[0]
     for k in np.flatnonzero(np.diff(stamps) > LONGEST_GAP * NS):
         before, after = int(stamps[k]), int(stamps[k + 1])
         if _headers_continue(readings, after):
             continue  # Only the transport to the recorder was blocked.
-        found.append(after)
+        cuts.append(after)
         remarks.note(
             "clock",
             f"{duration_text((after - before) / NS)} without any reading "
@@ -171,15 +171,15 @@ def _cuts(readings: list[TopicStamps], remarks: Remarks) -> list[int]:
         )
     for topic in readings:
         for at, size in _steps(topic):
-            if any(abs(at - other) < _SETTLED * NS for other in found):
+            if any(abs(at - other) < _SETTLED * NS for other in cuts):
                 continue
-            found.append(at)
+            cuts.append(at)
             remarks.note(
                 "clock",
                 f"headers of {topic.name} jump by {duration_text(size)} against the recorder's "
                 f"clock {(at - begin) / NS:.1f} s after the first reading; cut there",
             )
-    return found
+    return cuts
 
 
 def _headers_continue(readings: list[TopicStamps], after: int) -> bool:
@@ -197,9 +197,9 @@ def _steps(topic: TopicStamps) -> list[tuple[int, float]]:
     """Return the times at which recorder minus header changes for good [ns], and the sizes [s]."""
     known = topic.header != 0
     stamps, offsets = topic.recorder[known], topic.offsets
-    found: list[tuple[int, float]] = []
+    steps: list[tuple[int, float]] = []
     for k in np.flatnonzero(np.abs(np.diff(offsets)) > _STEP / 2)[:_MOST_STEPS] + 1:
-        if found and stamps[k] - found[-1][0] < _SETTLED * NS:
+        if steps and stamps[k] - steps[-1][0] < _SETTLED * NS:
             continue
         low = int(np.searchsorted(stamps, stamps[k] - int(_SETTLED * NS)))
         first = np.searchsorted(stamps, stamps[k] + _BURST)
@@ -208,8 +208,8 @@ def _steps(topic: TopicStamps) -> list[tuple[int, float]]:
             continue  # A straggler, not another clock.
         size = float(np.median(offsets[low:k]) - np.median(offsets[first:high]))
         if abs(size) > _STEP:
-            found.append((int(stamps[k]), size))
-    return found
+            steps.append((int(stamps[k]), size))
+    return steps
 
 
 def _overlaps(readings: list[TopicStamps], remarks: Remarks) -> list[tuple[int, int]]:
@@ -243,7 +243,7 @@ def _overlaps(readings: list[TopicStamps], remarks: Remarks) -> list[tuple[int, 
 
 def _crowded_bins(readings: list[TopicStamps], begin: int, bins: int) -> NDArray[np.bool_] | None:
     """Return the bins in which all topics are crowded, shape (bins,), None if all are too slow."""
-    found: NDArray[np.bool_] | None = None
+    all_crowded: NDArray[np.bool_] | None = None
     for topic in readings:
         counts = _window_counts(topic, begin, bins)
         busy = counts[counts > 0]
@@ -252,8 +252,8 @@ def _crowded_bins(readings: list[TopicStamps], begin: int, bins: int) -> NDArray
         if usual < _MIN_COUNT:
             continue
         crowded = counts > _CROWDED * usual
-        found = crowded if found is None else found & crowded
-    return found
+        all_crowded = crowded if all_crowded is None else all_crowded & crowded
+    return all_crowded
 
 
 def _window_counts(topic: TopicStamps, begin: int, bins: int) -> NDArray[np.int64]:

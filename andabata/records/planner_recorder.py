@@ -52,24 +52,24 @@ class PlannerRecorder:
             builder: Builder of the messages.
             step: The step.
         """
-        found: list[Stamped] = []
+        due: list[Stamped] = []
         now = step.readings.stamp
         if step.situation is not None:
             error = step.situation.heading_error
             message = builder.new("std_msgs/msg/Float64", data=float(error))
-            found.append((topics.HEADING_ERROR, message))
+            due.append((topics.HEADING_ERROR, message))
             self._has_decided = True
         if self._planner is None or not self._has_decided:
-            return found  # Nothing is known before the first scan.
+            return due  # Nothing is known before the first scan.
         if now < self._last_plan:  # The clock began anew with another drive.
             self._last_map, self._last_plan, self._map = -math.inf, -math.inf, None
         if now - self._last_map > _MAP_PERIOD - _EARLY:
             self._last_map = now
-            found += self._map_messages(builder, now, self._planner)
+            due += self._map_messages(builder, now, self._planner)
         if step.situation is not None and now - self._last_plan > _PLAN_PERIOD - _EARLY:
             self._last_plan = now
-            found += self._plan_messages(builder, now, self._planner)
-        return found
+            due += self._plan_messages(builder, now, self._planner)
+        return due
 
     def map_transform(self, builder: MessageBuilder, seconds: float) -> RosMessage:
         """Return the transform ``map -> odom``, without which the goal has no place in ``odom``."""

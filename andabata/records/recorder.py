@@ -32,7 +32,7 @@ _HALF_PERIOD = 0.05
 _RADIUS = 3
 """Column of a walker's radius."""
 
-_LEVELS = {Health.OK: 0, Health.DEGRADED: 1, Health.LOST: 2}
+_LEVELS = {Health.OK: 0, Health.DEGRADED: 1, Health.DISORIENTED: 1, Health.LOST: 2}
 """Level of a diagnostics message by health: ok, warning, error."""
 
 

@@ -119,11 +119,11 @@ class Remarks:
 
     def refused_by_reason(self) -> dict[str, dict[str, int]]:
         """Return the numbers of messages that were left out, by subject and reason."""
-        found: dict[str, dict[str, int]] = {}
+        counts: dict[str, dict[str, int]] = {}
         for remark in self._sorted():
             if remark.refused:
-                found.setdefault(remark.subject, {})[remark.text] = remark.count
-        return found
+                counts.setdefault(remark.subject, {})[remark.text] = remark.count
+        return counts
 
     def as_dicts(self) -> list[dict[str, Any]]:
         """Return the remarks, ready for JSON."""

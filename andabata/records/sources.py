@@ -25,7 +25,7 @@ _KEPT = 500
 
 
 @dataclass(frozen=True)
-class Difference:
+class SourceDifference:
     """Difference of two values of one thing.
 
     Attributes:
@@ -48,9 +48,9 @@ class Sources:
 
     enough: int = 1
     counts: Counter[str] = field(default_factory=Counter)
-    _differences: list[Difference] = field(default_factory=list)
+    _differences: list[SourceDifference] = field(default_factory=list)
 
-    def add(self, source: str, difference: Difference | None = None) -> None:
+    def add(self, source: str, difference: SourceDifference | None = None) -> None:
         """Add a message of a source.
 
         Args:
@@ -67,7 +67,7 @@ class Sources:
         return len(self.counts) > 1
 
     @property
-    def difference(self) -> Difference | None:
+    def difference(self) -> SourceDifference | None:
         """Median difference; None before there are enough of them."""
         if len(self._differences) < self.enough:
             return None
@@ -77,8 +77,8 @@ class Sources:
     @property
     def contradiction(self) -> str | None:
         """Size of the difference in words where the sources contradict each other, else None."""
-        found = self.difference
-        return None if found is None or not found.share > 1 else found.text
+        difference = self.difference
+        return None if difference is None or not difference.share > 1 else difference.text
 
     @property
     def names(self) -> str:

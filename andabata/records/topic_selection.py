@@ -69,9 +69,9 @@ def choose_cloud(bag: Bag, name: str | None) -> Topic | None:
             raise BagError(f"--cloud: expected one of {', '.join(names)}, got none; choose one")
         name = names[0]
     if name not in clouds:
-        found = ", ".join(clouds) or "no cloud"
+        listed = ", ".join(clouds) or "no cloud"
         kind = f" of {bag.topics[name][0]}" if name in bag.topics else ""
-        raise BagError(f"--cloud: expected one of {found}, got {name}{kind}")
+        raise BagError(f"--cloud: expected one of {listed}, got {name}{kind}")
     return Topic(name, name, POINT_CLOUD, None)
 
 
@@ -96,9 +96,9 @@ def select_topics(bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping)
     needed = [t for t in sensor_decoder.wanted if t not in (topics.FIX, topics.GOAL)]
     missing = [t.ros1 for t in needed if not set(topic_names((t,), remapping)) & set(recorded)]
     if missing:
-        found = ", ".join(f"{name} ({kind})" for name, (kind, _) in sorted(recorded.items()))
+        listed = ", ".join(f"{name} ({kind})" for name, (kind, _) in sorted(recorded.items()))
         raise BagError(
-            f"{bag.path}: expected the topics {', '.join(missing)}, got {found or 'none'}; --map "
+            f"{bag.path}: expected the topics {', '.join(missing)}, got {listed or 'none'}; --map "
             "gives their names in the recording, and `andabata scan --topic` evaluates a single "
             "cloud"
         )
@@ -125,9 +125,9 @@ def _choose_name(
     names = [name for name in topic_names((topic,), remapping) if name in recorded]
     if not names:
         if topic.ros1 in remapping:
-            found = ", ".join(sorted(recorded)) or "none"
+            listed = ", ".join(sorted(recorded)) or "none"
             raise BagError(
-                f"--map {topic.ros1}: expected one of {found}, got {remapping[topic.ros1]}"
+                f"--map {topic.ros1}: expected one of {listed}, got {remapping[topic.ros1]}"
             )
         return None
     fitting = [name for name in names if full_type(recorded[name][0]) in accepted]
@@ -173,8 +173,8 @@ def choose_sources(
             for message in (bag.messages(tuple(names)) if names else ())
         )
         if not any(source.is_called(name) for source in counts):
-            found = ", ".join(str(source) for source in counts) or "no messages"
-            raise BagError(f"--source {topic.ros1}: expected one of {found}, got {name}")
+            listed = ", ".join(str(source) for source in counts) or "no messages"
+            raise BagError(f"--source {topic.ros1}: expected one of {listed}, got {name}")
         left_out = sum(n for source, n in counts.items() if not source.is_called(name))
         if left_out:
             text = f"{left_out} messages of other sources than {name} are not read (--source)"

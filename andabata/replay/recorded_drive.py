@@ -104,28 +104,28 @@ def inspect_drive(bag: Bag, options: ReplayOptions, remarks: Remarks) -> Recorde
     extrinsics = Extrinsics(options.mountings, read_transforms(bag))
     check_frames(bag, SensorDecoder(0, cloud, extrinsics=extrinsics), topics)
     robot = options.configure(SimulatedRobotConfig()).robot
-    found = survey_bag(bag, cloud, topics, MessageDecoder(robot, UnitFactors(), remarks))
-    config = options.configure(_recorded_config(bag, found.settings))
+    survey = survey_bag(bag, cloud, topics, MessageDecoder(robot, UnitFactors(), remarks))
+    config = options.configure(_recorded_config(bag, survey.settings))
     factors = _factors(options.units, config.robot)
     given = given_geo_reference(options.configure)
     flux = magnetic_flux_density(bag, given, topics, config) * MICROTESLA
     try:
-        units = infer_units(found.history, config.robot, factors, remarks, flux)
+        units = infer_units(survey.history, config.robot, factors, remarks, flux)
     except UnitError as error:
-        raise UnitError(error.topic, error.reason + found.choice_of_source(error.topic)) from error
-    pieces, skipped = found.pieces(remarks, options.time_offsets)
+        raise UnitError(error.topic, error.reason + survey.choice_of_source(error.topic)) from error
+    pieces, skipped = survey.pieces(remarks, options.time_offsets)
     return RecordedDrive(
         cloud=cloud,
         topics=topics,
         extrinsics=extrinsics,
-        settings=found.settings,
+        settings=survey.settings,
         config=config,
         given=given,
         units=units,
-        joints=found.joints,
+        joints=survey.joints,
         pieces=pieces,
         skipped_pieces=skipped,
-        message_counts=found.messages,
+        message_counts=survey.messages,
     )
 
 

@@ -25,7 +25,7 @@ from andabata.replay.datum import add_fix_remarks, position_fields, recorded_dat
 from andabata.replay.mounting_monitor import MountingMonitor
 from andabata.replay.options import ReplayOptions
 from andabata.replay.recorded_drive import RecordedDrive, inspect_drive
-from andabata.replay.result import Comparison, LocalizerStatistics, PieceReport, left_out
+from andabata.replay.result import LocalizerStatistics, PieceReport, RecordedComparison, left_out
 
 _DEFAULT_CONTROLLER = "policy+planner"
 """Name of the controller where the recording names none."""
@@ -114,7 +114,7 @@ class BagReplay:
         self._observer = observer
         self._period: Period | None = None
         self._remarks, self._refused = Remarks(), 0
-        self._comparison, self._statistics = Comparison(), LocalizerStatistics()
+        self._comparison, self._statistics = RecordedComparison(), LocalizerStatistics()
         self._reports: list[PieceReport] = []
         self._drive = inspect_drive(bag, options, self._remarks)
         self._given: dict[str, float] = self._drive.given
@@ -264,8 +264,8 @@ class BagReplay:
             "remark_texts": self._remarks.texts,
             **datum,
         }
-        found = left_out(data, drive.message_counts, drive.skipped_pieces)
-        return data | {"left_out": [*found, *self._unreadable()]}
+        sentences = left_out(data, drive.message_counts, drive.skipped_pieces)
+        return data | {"left_out": [*sentences, *self._unreadable()]}
 
     def _unreadable(self) -> list[str]:
         """Return which messages of the sensors' topics could not be read, in words."""

@@ -26,7 +26,7 @@ _TEXT_WITHOUT_NUMBERS = re.compile(r" (for|by) [\d.]+.*")
 
 
 @dataclass
-class Comparison:
+class RecordedComparison:
     """Counts of equal and different output, present and recorded.
 
     Attributes:
@@ -138,10 +138,10 @@ class LocalizerStatistics:
         Args:
             has_failures: True if a check of the sensors against each other failed.
         """
-        found = Counter[str]()
+        counts = Counter[str]()
         for health, periods in self.health.items():
-            found[str(health_after(Health(health), has_failures))] += periods
-        return dict(found)
+            counts[str(health_after(Health(health), has_failures))] += periods
+        return dict(counts)
 
     def end(self, localizer: Localizer) -> None:
         """Add the measurement counts of a piece at its end."""
@@ -185,28 +185,28 @@ def left_out(data: Mapping[str, Any], messages: Mapping[str, int], skipped: int)
         messages: Number of messages by our topics.
         skipped: Number of stretches between pieces that were left out.
     """
-    found = [
+    sentences = [
         f"{sensor}: {number} of {messages.get(sensor, number)} messages refused"
         for sensor, reasons in data["refused_by_reason"].items()
         if (number := sum(reasons.values())) > LEFT_OUT_SHARE * messages.get(sensor, number)
     ]
     pieces = data["pieces"]
     if len(pieces) > 1:
-        found.append(f"clock: {len(pieces)} pieces are replayed, and nothing between them")
+        sentences.append(f"clock: {len(pieces)} pieces are replayed, and nothing between them")
     if skipped:
-        found.append(f"clock: {skipped} parts that are too short or overlap others")
+        sentences.append(f"clock: {skipped} parts that are too short or overlap others")
     failed = sum(piece["reason"] is not None for piece in pieces)
     if failed:
-        found.append(f"{failed} of {len(pieces)} pieces: no start is known")
-    return found
+        sentences.append(f"{failed} of {len(pieces)} pieces: no start is known")
+    return sentences
 
 
 def no_scan_reason(data: Mapping[str, Any]) -> str:
     """Return the reasons why a replay made no virtual scan, on one line."""
     reasons = [
         f"{sensor}: {number} messages refused ({reason})"
-        for sensor, found in data["refused_by_reason"].items()
-        for reason, number in found.items()
+        for sensor, counts in data["refused_by_reason"].items()
+        for reason, number in counts.items()
     ]
     reasons += [f"localizer: {text}" for text in data["complaints"]]
     reasons += [text for text in data["left_out"] if text.startswith("clock")]

@@ -23,7 +23,7 @@ from andabata.report.plots.drive_traces import (
 )
 from andabata.report.plots.drives import drive_figure, world_figure
 from andabata.report.plots.perception import scan_figure
-from andabata.report.run_folders import DRIVE, LAST_CLOUD
+from andabata.report.run_folders import DRIVE, LAST_CLOUD, without_paths
 from andabata.scanning.scan import ScanConfig, scan_cloud
 from traversability.files import read_cloud
 from worlds.catalogue import make_world
@@ -32,9 +32,6 @@ from worlds.world import World
 Row = dict[str, Any]
 
 _KEYS = ("controller", "world", "world_seed", "goals", "attempts", "path")
-
-_LONG = ("path", "walkers", "trace")
-"""Long lists of a drive, which its figures leave out."""
 
 _PERIOD = 0.1
 """Time from one position of a path to the next [s]."""
@@ -126,8 +123,7 @@ def report_drives(folders: Sequence[Path], _: ReportOptions) -> tuple[Page, Row]
     ]
     lead = "Measured by physics and the true map of the world."
     page = Page(f"{title} in {where}", lead, [_fact(run) for run in runs], sections)
-    drives = [{k: v for k, v in run.data.items() if k not in _LONG} for run in runs]
-    return page, {"drives": drives, "goals": rows}
+    return page, {"drives": [without_paths(run.data) for run in runs], "goals": rows}
 
 
 def _read(folders: Sequence[Path]) -> list[DriveRun]:

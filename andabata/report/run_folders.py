@@ -50,7 +50,9 @@ def write_drive(
         atomic_io.write(folder / LAST_CLOUD, cloud_to_bytes(driven.cloud))
     write_json(folder / DRIVE, data)
     write_json(folder / "run.json", describe("drive", config, seed))
-    long = ("path", "walkers", "trace")
-    return {name: value for name, value in data.items() if name not in long} | {
-        "picture": str(picture)
-    }
+    return without_paths(data) | {"picture": str(picture)}
+
+
+def without_paths(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a drive without its long lists: paths, and motion over time."""
+    return {name: data[name] for name in data if name not in ("path", "walkers", "trace")}

@@ -146,13 +146,13 @@ class DatumInitializer:
 
 def missing_readings(readings: SensorReadings) -> str:
     """Return which readings a start by sensors alone still lacks, in words."""
-    found = [
+    missing = [
         topic.ros1
         for topic, rows in ((topics.IMU, readings.imu), (topics.MAG, readings.mag))
         if rows is None
     ]
     fixes = np.empty((0, 5)) if readings.gnss is None else readings.gnss
-    return " and ".join([*found, _missing_fixes(fixes)])
+    return " and ".join([*missing, _missing_fixes(fixes)])
 
 
 def _missing_fixes(fixes: NDArray[np.float64]) -> str:

@@ -76,10 +76,10 @@ def commit() -> str | None:
 
 def versions() -> dict[str, str | None]:
     """Return the versions of the packages that results depend on."""
-    found: dict[str, str | None] = {}
+    numbers: dict[str, str | None] = {}
     for name in _PACKAGES:
         try:
-            found[name] = version(name)
+            numbers[name] = version(name)
         except PackageNotFoundError:
-            found[name] = None
-    return found
+            numbers[name] = None
+    return numbers

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from andabata.scanning.explanations import (
     MAX_HEIGHT,
     MAX_TILT,
-    Origin,
+    CloudOrigin,
     could_be_feet,
     explain,
     is_level_ground,
@@ -29,7 +29,7 @@ _LASER_REACH = 300.0  # Longest range [m] of the lasers of such robots.
 _FEW = 0.01  # Share of near points below which the origin or the unit is probably wrong.
 
 
-def diagnose(scanned: Scanned, config: ScanConfig, origin: Origin | None = None) -> list[str]:
+def diagnose(scanned: Scanned, config: ScanConfig, origin: CloudOrigin | None = None) -> list[str]:
     """Return the doubts about a scan, each a sentence with the next step.
 
     Args:
@@ -37,21 +37,21 @@ def diagnose(scanned: Scanned, config: ScanConfig, origin: Origin | None = None)
         config: Settings of the scan.
         origin: History of the cloud before the scan; None for a cloud in metres.
     """
-    origin = origin or Origin()
-    found = _explained(scanned, config, origin)
-    found = found or _far_remarks(scanned) or _empty_remarks(scanned, config, origin)
-    if not found:
+    origin = origin or CloudOrigin()
+    doubts = _explained(scanned, config, origin)
+    doubts = doubts or _far_remarks(scanned) or _empty_remarks(scanned, config, origin)
+    if not doubts:
         # Ground that is not in its place looks like a body over it.
-        found = _ground_remarks(scanned, config, origin) or _own_body_remarks(scanned, config)
+        doubts = _ground_remarks(scanned, config, origin) or _own_body_remarks(scanned, config)
         if scanned.ground is None:
-            found.append("too few points within 5 m to find the ground; is it the right cloud?")
+            doubts.append("too few points within 5 m to find the ground; is it the right cloud?")
     unknown = np.isnan(scanned.scan.ranges)
     if unknown.mean() > 0.5 and not unknown.all():
-        found.append("most sectors hold no classified cell: their ranges are unknown, not free")
-    return found
+        doubts.append("most sectors hold no classified cell: their ranges are unknown, not free")
+    return doubts
 
 
-def _explained(scanned: Scanned, config: ScanConfig, origin: Origin) -> list[str]:
+def _explained(scanned: Scanned, config: ScanConfig, origin: CloudOrigin) -> list[str]:
     """Return what puts the ground in its place, if no height of the sensor does."""
     plane, sensor = scanned.ground, scanned.sensor
     over = 0.0 if plane is None or sensor is None else float(sensor[2] - plane[1])
@@ -94,7 +94,7 @@ def _far_remarks(scanned: Scanned) -> list[str]:
     return []
 
 
-def _empty_remarks(scanned: Scanned, config: ScanConfig, origin: Origin) -> list[str]:
+def _empty_remarks(scanned: Scanned, config: ScanConfig, origin: CloudOrigin) -> list[str]:
     """Return the reason why no cell could be classified."""
     if (scanned.cells != CellState.EMPTY).any():
         return []
@@ -132,7 +132,7 @@ def _fills_a_cell(points: NDArray[np.float32], scanned: Scanned) -> bool:
     return bool((counts >= grid.min_points).any())
 
 
-def _ground_remarks(scanned: Scanned, config: ScanConfig, origin: Origin) -> list[str]:
+def _ground_remarks(scanned: Scanned, config: ScanConfig, origin: CloudOrigin) -> list[str]:
     """Return the contradictions between the ground and the mounting."""
     if scanned.ground is None or config.level:
         return []
@@ -160,7 +160,7 @@ def _tilt_options(scanned: Scanned) -> str:
     return f"{option}, --level" if levels else option
 
 
-def _height_step(scanned: Scanned, config: ScanConfig, origin: Origin) -> str:
+def _height_step(scanned: Scanned, config: ScanConfig, origin: CloudOrigin) -> str:
     """Return the option that puts level ground in the base plane; empty if there is none.
 
     A sensor's height explains it, unless the origin is in the ground or below, or too high up: then

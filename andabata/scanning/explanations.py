@@ -49,7 +49,7 @@ _TURNS: Sequence[tuple[str, Sequence[tuple[str, _Angles]]]] = (
 the ground with what distinguishes them."""
 
 
-class Origin(NamedTuple):
+class CloudOrigin(NamedTuple):
     """What happened to a cloud before it was scanned.
 
     Attributes:
@@ -67,7 +67,7 @@ class Origin(NamedTuple):
     has_viewpoint: bool = False
 
 
-def explain(scanned: Scanned, config: ScanConfig, origin: Origin) -> str | None:
+def explain(scanned: Scanned, config: ScanConfig, origin: CloudOrigin) -> str | None:
     """Return the unit or the axes in which the ground is right, with the option; None without.
 
     Args:
@@ -97,7 +97,7 @@ def _turn(angles: _Angles) -> Rotation:
     return Rotation.from_euler("xyz", angles, degrees=True)
 
 
-def could_be_feet(scanned: Scanned, config: ScanConfig, origin: Origin) -> bool:
+def could_be_feet(scanned: Scanned, config: ScanConfig, origin: CloudOrigin) -> bool:
     """Return True if the ground is where the mounting says when the coordinates are feet."""
     if scanned.sensor is None or not origin.is_metric:
         return False
@@ -123,7 +123,7 @@ def _unplaced(scanned: Scanned, config: ScanConfig) -> NDArray[np.float32]:
     return (scanned.cloud.points - _position(config)) @ rotation
 
 
-def _mounting(turn: Rotation, config: ScanConfig, origin: Origin) -> str:
+def _mounting(turn: Rotation, config: ScanConfig, origin: CloudOrigin) -> str:
     """Return the value of ``--mounting`` that turns the cloud's own axes."""
     whole = turn if origin.rotation is None else turn * origin.rotation
     yaw, pitch, roll = yaw_pitch_roll(whole)

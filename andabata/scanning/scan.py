@@ -134,9 +134,9 @@ def scan_result(scanned: Scanned, labels: ClassTable | None = None) -> dict[str,
         scanned: Cloud with its cells.
         labels: Meaning of the points' classes; None if all points of a labelled cloud are known.
     """
-    found = scanned.scan.ranges
-    ranges, unknown = scanned.scan.finite(), np.isnan(found)
-    blocked = found[np.isfinite(found)]
+    free_ranges = scanned.scan.ranges
+    ranges, unknown = scanned.scan.finite(), np.isnan(free_ranges)
+    blocked = free_ranges[np.isfinite(free_ranges)]
     cells, ground = scanned.cells, scanned.ground
     scores = _scores(scanned, labels)
     return scores | {

@@ -14,7 +14,7 @@ from andabata.tasks.offroad import OffroadConfig
 from andabata.tasks.planar import PlanarState, PlanarVectorEnv
 from andabata.tasks.rewards import paper_reward
 from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
-from andabata.tasks.terrain_kernel import Obstacles
+from andabata.tasks.terrain_kernel import TerrainObstacles
 from rl.spaces import points_of
 from traversability.virtual_scan import VirtualScan
 from worlds.scenes import SceneCache
@@ -176,7 +176,7 @@ class MazeVectorEnv(PlanarVectorEnv):
             truth = scene.world.truth
             contact = contact_map(truth, self._terrain.outline)
             raster = (truth.x_min, truth.y_min, truth.cell)
-            obstacles = Obstacles(scene.rays.layout, contact, raster)
+            obstacles = TerrainObstacles(scene.rays.layout, contact, raster)
             self._indices[key] = self._terrain.add_world(obstacles)
             self._placements.append(_Placement(scene.world.tasks, scene.geofence))
         return self._indices[key]

@@ -112,11 +112,11 @@ class Terminations:
         self.anchor_stamps[moved] = drives.stamps[moved]
         stuck = drives.stamps - self.anchor_stamps > config.stuck_time
         late = drives.times >= config.time_limit
-        found = np.zeros(len(late), dtype=np.int64)
+        outcomes = np.zeros(len(late), dtype=np.int64)
         # From the last to the first, which overwrites the others.
-        found[late] = Ending.TIMEOUT
-        found[stuck] = Ending.STUCK
-        found[at_goal] = Ending.GOAL
-        found[drives.collided] = Ending.COLLISION
-        found[drives.tipped] = Ending.TIPOVER
-        return found
+        outcomes[late] = Ending.TIMEOUT
+        outcomes[stuck] = Ending.STUCK
+        outcomes[at_goal] = Ending.GOAL
+        outcomes[drives.collided] = Ending.COLLISION
+        outcomes[drives.tipped] = Ending.TIPOVER
+        return outcomes

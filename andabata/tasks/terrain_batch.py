@@ -16,8 +16,8 @@ from andabata.tasks.terrain_kernel import (
     AHEAD,
     BatchBody,
     Beams,
-    Obstacles,
     Robots,
+    TerrainObstacles,
     Worlds,
     heading_errors,
     lay_out,
@@ -76,7 +76,7 @@ class TerrainBatch:
         self.ranges = np.zeros((count, len(lidar.bearings)), dtype=np.float32)
         self._slips = [np.random.default_rng(0) for _ in range(count)]
         self._wanders = [np.random.default_rng(0) for _ in range(count)]
-        self._obstacles: list[Obstacles] = []
+        self._obstacles: list[TerrainObstacles] = []
         self._worlds: Worlds | None = None
 
     @property
@@ -84,7 +84,7 @@ class TerrainBatch:
         """Outline of the body, as ``contact_map`` takes it."""
         return self._body.outline
 
-    def add_world(self, obstacles: Obstacles) -> int:
+    def add_world(self, obstacles: TerrainObstacles) -> int:
         """Add a static world and return its index."""
         self._obstacles.append(obstacles)
         self._worlds = None

@@ -83,7 +83,7 @@ class Worlds(NamedTuple):
     raster: NDArray[np.float64]
 
 
-class Obstacles(NamedTuple):
+class TerrainObstacles(NamedTuple):
     """One world for the batch: what beams and bodies meet in it.
 
     Attributes:
@@ -139,7 +139,7 @@ class Beams(NamedTuple):
     max_range: float
 
 
-def lay_out(worlds: list[Obstacles]) -> Worlds:
+def lay_out(worlds: list[TerrainObstacles]) -> Worlds:
     """Return worlds behind each other.
 
     Raises:
@@ -256,7 +256,7 @@ def measure(
     count = len(beams.directions)
     rays = np.zeros((count, 6), dtype=np.float32)
     budgets = np.full(count, np.inf, dtype=np.float32)
-    found = np.empty(count, dtype=np.float32)
+    measured = np.empty(count, dtype=np.float32)
     classes = np.empty(count, dtype=np.uint8)
     for k in range(len(chosen)):
         if not chosen[k]:
@@ -269,10 +269,10 @@ def measure(
             rays[b, 1] = motion[_Y] + s * beams.x + c * beams.y
             rays[b, 2] = beams.z
             rays[b, 3], rays[b, 4] = u * c - v * s, v * c + u * s
-        _cast(rays, budgets, beams.max_range, worlds, w, found, classes)
+        _cast(rays, budgets, beams.max_range, worlds, w, measured, classes)
         for b in range(count):
             # What returns nothing is free as far as the laser sees.
-            distance = found[b] if np.isfinite(found[b]) else np.float32(beams.max_range)
+            distance = measured[b] if np.isfinite(measured[b]) else np.float32(beams.max_range)
             for m in range(movers.radii.shape[1]):
                 place, radius = movers.places[k, m], movers.radii[k, m]
                 distance = min(distance, np.float32(_to_circle(rays[b], place, radius)))
@@ -286,7 +286,7 @@ def _cast(
     max_range: float,
     worlds: Worlds,
     w: int,
-    found: NDArray[np.float32],
+    ranges: NDArray[np.float32],
     classes: NDArray[np.uint8],
 ) -> None:
     """Cast rays in one of the worlds that are laid out behind each other."""
@@ -306,7 +306,7 @@ def _cast(
             worlds.members[lists[w] : lists[w + 1]],
         ),
     )
-    cast_rays(rays, budgets, max_range, layout, found, classes)
+    cast_rays(rays, budgets, max_range, layout, ranges, classes)
 
 
 @kernel
@@ -330,7 +330,7 @@ def heading_errors(
 
     A believed roll and pitch turn the heading of a level robot, too.
     """
-    found = np.empty(len(motions))
+    bearings = np.empty(len(motions))
     for k in range(len(motions)):
         motion, error = motions[k], errors[k]
         c, s = np.cos(motion[_YAW]), np.sin(motion[_YAW])
@@ -339,5 +339,5 @@ def heading_errors(
         yaw = error[_YAW] + np.arctan2(s * cr, c * cp + s * sr * sp)
         x, y = motion[_X] + error[_X], motion[_Y] + error[_Y]
         angle = np.arctan2(goals[k, 1] - y, goals[k, 0] - x) - yaw
-        found[k] = np.pi - (np.pi - angle) % (2 * np.pi)
-    return found
+        bearings[k] = np.pi - (np.pi - angle) % (2 * np.pi)
+    return bearings

@@ -196,19 +196,19 @@ class OffroadVectorEnv(VectorEnv[State, NDArray[np.float32], Any]):
 
     def _merged(self, infos: list[dict[str, Any]]) -> dict[str, Any]:
         """Return the infos of all shares as one."""
-        found: dict[str, Any] = {}
+        merged: dict[str, Any] = {}
         names = {name: value for info in infos for name, value in info.items()}
         for name, sample in names.items():
             parts = [info.get(name) for info in infos]
             if isinstance(sample, dict):
-                found[name] = self._merged([part or {} for part in parts])
+                merged[name] = self._merged([part or {} for part in parts])
                 continue
             whole = np.zeros((self.num_envs, *sample.shape[1:]), dtype=sample.dtype)
             for share, part in zip(self._shares, parts, strict=True):
                 if part is not None:
                     whole[share] = part
-            found[name] = whole
-        return found
+            merged[name] = whole
+        return merged
 
     def close_extras(self, **_: Any) -> None:  # noqa: ANN401 - Gymnasium's own form.
         """End the processes."""

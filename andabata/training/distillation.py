@@ -113,17 +113,19 @@ def distill_mpc(
         ValueError: If the folder holds another distillation, or its files are damaged.
     """
     _check_folder(config, seed, folder)
-    found: list[Labels] = []
+    labels_by_round: list[Labels] = []
     results: list[RoundResult] = []
     policy: Policy | None = None
     for k in range(len(config.drives)):
         labels, reached = _labels(config, seed, folder, k, policy, workers, on_drive)
-        found.append(labels)
+        labels_by_round.append(labels)
         file = folder / f"round-{k}.safetensors"
         if file.exists():
             policy = load_policy(file)
         else:
-            together = Labels(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+            together = Labels(
+                *(np.concatenate(parts) for parts in zip(*labels_by_round, strict=True))
+            )
             info = {"config": config.model_dump(mode="json"), "seed": seed, "commit": commit()}
             info |= {"round": k, "labels": len(together.shares), "reached": reached}
             is_last = k == len(config.drives) - 1

@@ -54,12 +54,12 @@ class ParallelSampler:
         work = partial(_play, self._stages, self._files, policy.to_bytes(), action_repeat, explore)
         shares = self._shares(specs)
         jobs = [tuple(specs[k] for k in share) for share in shares]
-        found = {
+        episodes_by_index = {
             number: episode
             for share, episodes in zip(shares, self._engine.map(work, jobs), strict=True)
             for number, episode in zip(share, episodes, strict=True)
         }
-        return [found[number] for number in range(len(specs))]
+        return [episodes_by_index[number] for number in range(len(specs))]
 
     def _shares(self, specs: Sequence[EpisodeSpec]) -> list[_Share]:
         """Return which episodes are played together: those of a planar stage, else each alone."""

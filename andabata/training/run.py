@@ -100,8 +100,8 @@ def learn(
 
 def _environments(tasks: Sequence[TaskConfig]) -> list[TaskConfig]:
     """Return the environments of a curriculum: its stages, their validations, and its tests."""
-    found = [*tasks, *(task.unseen for task in tasks)]
-    return [*found, tasks[-1].fixed] if isinstance(tasks[-1], RoomConfig) else found
+    environments = [*tasks, *(task.unseen for task in tasks)]
+    return [*environments, tasks[-1].fixed] if isinstance(tasks[-1], RoomConfig) else environments
 
 
 def _checkpoint(folder: Path, origin: dict[str, Any], resume: bool, changed: bool) -> bytes | None:

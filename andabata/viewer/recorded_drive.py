@@ -82,11 +82,11 @@ class RecordedPath:
         yaws = _headings(steps)
         speeds = np.hypot(steps[:, 0], steps[:, 1]) / CONTROL_PERIOD
         rates = np.gradient(np.unwrap(yaws)) / CONTROL_PERIOD if len(yaws) > 1 else np.zeros(1)
-        kinematics, found = SkidSteer(self.config.robot), []
+        kinematics, frames = SkidSteer(self.config.robot), []
         for k, (position, yaw) in enumerate(zip(self.positions, yaws.tolist(), strict=True)):
             pose = resting_pose(self.world, position, yaw)
             twist = Twist(float(speeds[k]), float(rates[k]))
-            found.append(
+            frames.append(
                 DriveFrame(
                     pose=pose,
                     n_positions=k + 1,
@@ -98,7 +98,7 @@ class RecordedPath:
                     wheels=kinematics.wheel_speeds(twist.linear, twist.angular),
                 )
             )
-        return found
+        return frames
 
 
 def _goals(data: dict[str, Any], count: int) -> NDArray[np.float64]:

@@ -103,12 +103,12 @@ class RobotDrawing:
         if not frame.parts:
             return None
         points = frame.parts[-1].points[-12 * _BEAMS :: 12]
-        found = np.empty((_BEAMS, 2, 3), dtype=np.float32)
+        lines = np.empty((_BEAMS, 2, 3), dtype=np.float32)
         top = frame.odometry.position + np.array([0.0, 0.0, self._robot.lidar_height])
-        found[:, 0] = top
-        found[:, 1] = top
-        found[: len(points), 1] = points[:_BEAMS]
-        return found
+        lines[:, 0] = top
+        lines[:, 1] = top
+        lines[: len(points), 1] = points[:_BEAMS]
+        return lines
 
     def _add_body(self, scene: "viser.SceneApi", name: str) -> None:
         """Add the body: a box between the wheels, one above them, and the mast of the laser."""

@@ -108,12 +108,6 @@ class ViewServer:
             while not self._is_closed and self.viewers:
                 self._viewers_changed.wait(0.5)
 
-    def wait_for_interrupt(self) -> None:
-        """Wait for Ctrl-C."""
-        with self._viewers_changed:
-            while not self._is_closed:
-                self._viewers_changed.wait(0.5)
-
     def close(self) -> None:
         """Close the page; a second call does nothing."""
         if self._is_closed:

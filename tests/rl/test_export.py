@@ -8,7 +8,7 @@ import torch
 
 from andabata.models import shipped_policy
 from rl.driving import DRIVING_NOISE
-from rl.export import ExportError, policy_to_onnx
+from rl.export import PolicyExportError, policy_to_onnx
 from rl.networks import Actor, DeterministicActor
 from rl.point_set_actor import PointSetActor
 from rl.policy import with_info
@@ -74,7 +74,7 @@ def test_the_model_tells_the_noise_that_it_lacks():
 
 def test_another_architecture_is_refused():
     """A policy of another architecture is refused by its name."""
-    with pytest.raises(ExportError, match="or a policy on points, got a policy 'gru'"):
+    with pytest.raises(PolicyExportError, match="or a policy on points, got a policy 'gru'"):
         policy_to_onnx(SimpleNamespace(architecture="gru"))
 
 

@@ -14,7 +14,7 @@ from andabata.records import topics
 from andabata.records.bag_writers import open_writer
 from andabata.records.bags import Bag
 from andabata.records.messages import header_ns, pose_of
-from andabata.replay.result import Comparison
+from andabata.replay.result import RecordedComparison
 
 YEAR = 2023.87
 """Year of our recordings' stamps."""
@@ -85,14 +85,14 @@ def moved(source: Path, target: Path, there: GeoReference) -> Path:
 @contextmanager
 def watched(monkeypatch):
     """Yield a list that fills with the virtual scans of a replay, None where there is none."""
-    found, add = [], Comparison.add
+    found, add = [], RecordedComparison.add
 
     def watch(self, period, step):
         found.append(None if step.scan is None else step.scan.ranges.copy())
         add(self, period, step)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Comparison, "add", watch)
+        patch.setattr(RecordedComparison, "add", watch)
         yield found
 
 

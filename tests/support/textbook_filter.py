@@ -10,7 +10,7 @@ from andabata.machine.proprioception import GRAVITY
 
 BODY = BodyParameters(0.1, 0.18, 0.09, 0.31, 0.2, 26.0, -34.0)
 GATED = FilterModel(BODY, NoiseModel(), Gates(), SigmaWeights.merwe(STATES), 0.5)
-OPEN = GATED._replace(gates=Gates(1e9, 1e9, 1e9))
+OPEN = GATED._replace(gates=Gates(1e9, 1e9, 1e9, 1e9, 1e9))
 HEADING_ONLY = GATED._replace(body=BODY._replace(heading_only=True))
 
 
@@ -25,7 +25,8 @@ def fresh(seed=0):
     x = np.zeros(STATES)
     x[:3] = [0.1, -0.2, 3.1]  # A heading near the seam.
     x[3:6], x[9:11] = rng.normal(0, 0.01, 3), [0.3, 0.01]
-    x[11:14] = rng.normal(0, 1, 3)
+    x[11:13], x[13] = rng.normal(0, 1, 2), 0.05
+    x[18:20] = 0.02, 0.1
     A = rng.normal(0, 0.02, (STATES, STATES))
     return x, A @ A.T + np.diag(np.linspace(1e-4, 1e-2, STATES))
 
@@ -91,6 +92,7 @@ def moved(x, dt, omega, noise):
     y[6:9] += dt * rotation(x) @ [x[9], aside(x, rate[2]), 0.0]
     y[:3] += dt * T @ rate
     y[10] *= np.exp(-dt / noise.lateral_speed_time)
+    y[13] *= np.exp(-dt / noise.compass_error_time)
     y[14:16] *= np.exp(-dt / noise.gnss_error_time)
     return y
 
@@ -102,9 +104,11 @@ def process_noise(dt, noise):
     Q[6:9] = np.array([noise.position_walk, noise.position_walk, noise.height_walk]) ** 2 * dt
     Q[9] = noise.speed_walk**2 * dt
     Q[10] = noise.lateral_speed**2 * (1 - np.exp(-2 * dt / noise.lateral_speed_time))
-    Q[11:14] = noise.hard_iron_walk**2 * dt
+    Q[11:13] = noise.hard_iron_walk**2 * dt
+    Q[13] = noise.compass_error**2 * (1 - np.exp(-2 * dt / noise.compass_error_time))
     Q[14:16] = noise.gnss_error**2 * (1 - np.exp(-2 * dt / noise.gnss_error_time))
     Q[16:18] = noise.accel_bias_walk**2 * dt
+    Q[18:20] = noise.wheel_scale_walk**2 * dt, noise.slope_slip_walk**2 * dt
     return np.diag(Q)
 
 
@@ -117,4 +121,27 @@ def force(x, omega):
 
 def field(x):
     """Return the magnetic field that a state expects."""
-    return rotation(x).T @ [BODY.flux_east, BODY.flux_north, BODY.flux_up] + x[11:14]
+    earth = rotation(x).T @ [BODY.flux_east, BODY.flux_north, BODY.flux_up]
+    return earth + np.array([x[11], x[12], 0.0])
+
+
+def levelled(field, tilt):
+    """Return a field of the base turned level by roll and pitch."""
+    return rotation([*tilt, 0.0]) @ field
+
+
+def bearing(x, mean):
+    """Return the compass bearing that a state expects, levelled by roll and pitch of the mean.
+
+    It is linear in the hard iron about the mean's.
+    """
+    ahead, aside, _ = levelled(field([*x[:11], *mean[11:13]]), mean[:2])
+    along, across, _ = levelled(field(mean), mean[:2])
+    iron_ahead, iron_aside, _ = levelled(np.array([*(x[11:13] - mean[11:13]), 0.0]), mean[:2])
+    turn = (along * iron_aside - across * iron_ahead) / (along**2 + across**2)
+    return np.array([np.arctan2(aside, ahead) + turn - x[13]])
+
+
+def wheel_speed(x, speed, pitch):
+    """Return the speed by wheels that a state expects where they read some speed at a pitch."""
+    return np.array([x[9] + speed * x[18] - speed * np.sin(pitch) * x[19]])

@@ -155,8 +155,8 @@ class GroundClassifier:
         """
         if self.first.names != GROUND_FEATURES or self.second.names != CONTEXT_FEATURES:
             expected = f"{len(GROUND_FEATURES)} and {len(CONTEXT_FEATURES)}"
-            found = f"{len(self.first.names)} and {len(self.second.names)}"
-            raise ValueError(f"stages: expected those of {expected} features, got {found}")
+            counts = f"{len(self.first.names)} and {len(self.second.names)}"
+            raise ValueError(f"stages: expected those of {expected} features, got {counts}")
         if not self.cell > 0:
             raise ValueError(f"cell: expected an edge above 0 m, got {self.cell}")
 
@@ -211,8 +211,8 @@ class GroundClassifier:
         try:
             arrays, header = unpack(data, _MAX_BYTES)
             if header.get("format") != _FORMAT or header.get("version") != _VERSION:
-                found = f"{header.get('format')!r} {header.get('version')!r}"
-                raise ValueError(f"a file of format {found}")
+                version = f"{header.get('format')!r} {header.get('version')!r}"
+                raise ValueError(f"a file of format {version}")
             first, second = (
                 BoostedStage(Trees.unpacked(arrays, header[stage], f"{stage}_", set(names)), names)
                 for stage, names in (("first", GROUND_FEATURES), ("second", CONTEXT_FEATURES))
@@ -394,8 +394,8 @@ def train_stage(
         ValueError: If the ground cells are not of both kinds.
     """
     if not samples.blocked.any() or samples.blocked.all():
-        found = f"{int(samples.blocked.sum())} blocked of {len(samples.blocked)}"
-        raise ValueError(f"blocked: expected ground cells of both kinds, got {found}; add clouds")
+        counts = f"{int(samples.blocked.sum())} blocked of {len(samples.blocked)}"
+        raise ValueError(f"blocked: expected ground cells of both kinds, got {counts}; add clouds")
     weights = np.where(samples.low, config.low_object_weight, 1.0)
     blocked = samples.blocked
     trees = fit_boosted(samples.features, blocked, names, config.trees, config, seed, weights)

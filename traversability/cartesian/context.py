@@ -51,10 +51,10 @@ def add_context(
         Features in the order of ``CONTEXT_FEATURES``, float32.
     """
     asked = np.ones(len(cells), dtype=np.bool_) if due is None else due
-    found = np.empty((np.count_nonzero(asked), _N_FEATURES), dtype=np.float32)
+    described = np.empty((np.count_nonzero(asked), _N_FEATURES), dtype=np.float32)
     if len(cells):
-        _add_context(features, log_odds, cells, asked, found)
-    return found
+        _add_context(features, log_odds, cells, asked, described)
+    return described
 
 
 @kernel
@@ -63,7 +63,7 @@ def _add_context(
     log_odds: NDArray[np.float64],
     cells: NDArray[np.int64],
     due: NDArray[np.bool_],
-    found: NDArray[np.float32],
+    described: NDArray[np.float32],
 ) -> None:
     """Write the features of each cell that is due, and mean and extremes of its neighbours' odds.
 
@@ -72,7 +72,7 @@ def _add_context(
         log_odds: Log odds of the first stage, shape (n,).
         cells: Ground cells, shape (n, 2).
         due: True for the k cells that are asked for, shape (n,).
-        found: Output, shape (k, c).
+        described: Output, shape (k, c).
     """
     # A map that just holds the cells, with a rim of one, so that each has eight neighbours.
     low0, low1 = cells[:, 0].min() - 1, cells[:, 1].min() - 1
@@ -84,7 +84,7 @@ def _add_context(
     count, n_known = 0, features.shape[1]
     for k in range(len(cells)):
         if due[k]:
-            row = found[count]
+            row = described[count]
             row[:n_known] = features[k]
             _gather_neighbours(ground, cells[k, 0] - low0, cells[k, 1] - low1, row[n_known:])
             count += 1
@@ -92,7 +92,7 @@ def _add_context(
 
 @kernel
 def _gather_neighbours(
-    ground: NDArray[np.float32], i: int, j: int, found: NDArray[np.float32]
+    ground: NDArray[np.float32], i: int, j: int, described: NDArray[np.float32]
 ) -> None:
     """Write the log odds of a cell, and mean and extremes of its neighbours'.
 
@@ -100,7 +100,7 @@ def _gather_neighbours(
         ground: Log odds on a grid, ``NO_NEIGHBOUR`` where it has no cell.
         i: Row of the cell, at least 1.
         j: Column of the cell, at least 1.
-        found: Output, columns ``_OWN`` to ``_BESIDE_MOST``, shape (4,).
+        described: Output, columns ``_OWN`` to ``_BESIDE_MOST``, shape (4,).
     """
     count, total, least, most = 0, 0.0, MAX_LOG_ODDS, NO_NEIGHBOUR
     for u in range(i - 1, i + 2):
@@ -109,9 +109,9 @@ def _gather_neighbours(
             if odds > NO_NEIGHBOUR and (u != i or v != j):
                 count, total = count + 1, total + odds
                 least, most = min(least, odds), max(most, odds)
-    found[_OWN] = ground[i, j]
+    described[_OWN] = ground[i, j]
     if count:
-        found[_BESIDE_MEAN] = total / count
-        found[_BESIDE_LEAST], found[_BESIDE_MOST] = least, most
+        described[_BESIDE_MEAN] = total / count
+        described[_BESIDE_LEAST], described[_BESIDE_MOST] = least, most
     else:
-        found[_BESIDE_MEAN] = found[_BESIDE_LEAST] = found[_BESIDE_MOST] = NO_NEIGHBOUR
+        described[_BESIDE_MEAN] = described[_BESIDE_LEAST] = described[_BESIDE_MOST] = NO_NEIGHBOUR

@@ -23,9 +23,6 @@ MAX_HEIGHT = 1.2
 ANY_AGE = (0.0, np.inf)
 """Span of ages of all cells that have points [s]."""
 
-Wrapping = PowerOfTwo
-"""Number of cells along an edge of the window, a power of two."""
-
 _MAX_ABS_Z = 1e4
 """Largest magnitude of a height that is a measurement [m]."""
 
@@ -250,7 +247,7 @@ def _find_bases(
 
 
 @kernel
-def _find_lowest_around(blocks: NDArray[np.float32], found: NDArray[np.float32]) -> None:
+def _find_lowest_around(blocks: NDArray[np.float32], lowest_around: NDArray[np.float32]) -> None:
     """Write the lowest value of each block and the eight around it; indices wrap around."""
     m = len(blocks)
     for a in range(m):
@@ -259,7 +256,7 @@ def _find_lowest_around(blocks: NDArray[np.float32], found: NDArray[np.float32])
             for u in range(a - 1, a + 2):
                 for v in range(b - 1, b + 2):
                     lowest = min(lowest, blocks[u & (m - 1), v & (m - 1)])
-            found[a, b] = lowest
+            lowest_around[a, b] = lowest
 
 
 @kernel

@@ -208,12 +208,12 @@ def label_ground_cells(
     count = np.bincount(flat[low & marked], minlength=n**2)
     is_marked = ((count > 0) & (count >= share * total)).reshape(n, n)
     # A ground cell is marked if one of its elevation cells is.
-    found = np.zeros(len(cells), dtype=np.bool_)
+    is_labelled = np.zeros(len(cells), dtype=np.bool_)
     for a in range(EDGE_CELLS):
         for b in range(EDGE_CELLS):
             u, v = (EDGE_CELLS * cells + np.array([a, b])).T & mask
-            found |= is_marked[u, v]
-    return found
+            is_labelled |= is_marked[u, v]
+    return is_labelled
 
 
 @kernel
@@ -223,7 +223,7 @@ def _describe_cloud(
     here: NDArray[np.float64],
     span: tuple[float, float],
     work: Workspace,
-    found: _Output,
+    described: _Output,
 ) -> tuple[int, int]:
     """Describe the ground cells of a cloud; return how many cells are flat, and how many described.
 
@@ -233,14 +233,14 @@ def _describe_cloud(
         here: Position of the robot [m], shape (2,).
         span: Ages of the cells that are due [s], from the first on and below the second.
         work: Memory for planes.
-        found: Output; its first rows are written.
+        described: Output; its first rows are written.
     """
     places = ground.flat.places
     for k in range(n_flat):
         remove_flat_cell(ground.flat, places[k, 0], places[k, 1])
     n_flat = _fill_flat(ground)
     due = (np.float32(span[0]), np.float32(span[1]))
-    return n_flat, _describe(ground, here, due, work, found)
+    return n_flat, _describe(ground, here, due, work, described)
 
 
 @kernel
@@ -265,7 +265,7 @@ def _describe(
     here: NDArray[np.float64],
     span: tuple[np.float32, np.float32],
     work: Workspace,
-    found: _Output,
+    described: _Output,
 ) -> int:
     """Write the ground cells that are due or beside such ones with their features; count them.
 
@@ -274,7 +274,7 @@ def _describe(
         here: Position of the robot [m], shape (2,).
         span: Ages of the cells that are due [s], from the first on and below the second.
         work: Memory for planes.
-        found: Output; its first rows are written.
+        described: Output; its first rows are written.
     """
     edge = EDGE_CELLS * ground.cell
     due, wanted = _find_due(ground, span)
@@ -293,15 +293,15 @@ def _describe(
             u, v = i + ground.first[0] // EDGE_CELLS, j + ground.first[1] // EDGE_CELLS
             dx, dy = (u + 0.5) * edge - here[0], (v + 0.5) * edge - here[1]
             far = np.sqrt(dx * dx + dy * dy)
-            if far < MIN_RANGE or far > MAX_RANGE or count == len(found.cells):
+            if far < MIN_RANGE or far > MAX_RANGE or count == len(described.cells):
                 continue
-            row = found.values[count]
+            row = described.values[count]
             if not _describe_own(ground.table, u, v, own, row):
                 continue
             row[_RANGE] = far
             fit_planes(ground.flat, (i, j, ground.cell), own, work, row[_N_SHARED:])
-            found.cells[count, 0], found.cells[count, 1] = u, v
-            found.due[count] = due[i, j]
+            described.cells[count, 0], described.cells[count, 1] = u, v
+            described.due[count] = due[i, j]
             count += 1
     return count
 

@@ -162,18 +162,18 @@ def add_columns(flat: FlatCells, row: int, begin: int, end: int, sums: NDArray[n
     """
     moments = flat.moments.reshape(len(flat.moments), sums.shape[1])
     begin, end = begin * _N_MOMENTS, end * _N_MOMENTS
-    found = sums[0, begin:end]
-    found[:] = moments[row, begin:end]
+    column_sums = sums[0, begin:end]
+    column_sums[:] = moments[row, begin:end]
     done = 0
     for k in range(len(WINDOWS)):
         # Each window contains the one before.
         if k > 0:
-            found = sums[k, begin:end]
-            found[:] = sums[k - 1, begin:end]
+            column_sums = sums[k, begin:end]
+            column_sums[:] = sums[k - 1, begin:end]
         for away in range(done + 1, WINDOWS[k] + 1):
             above, below = moments[row - away, begin:end], moments[row + away, begin:end]
-            for c in range(len(found)):
-                found[c] += above[c] + below[c]
+            for c in range(len(column_sums)):
+                column_sums[c] += above[c] + below[c]
         done = WINDOWS[k]
 
 
@@ -183,7 +183,7 @@ def fit_planes(
     place: tuple[int, int, float],
     own: NDArray[np.float64],
     work: Workspace,
-    found: NDArray[np.float32],
+    features: NDArray[np.float32],
 ) -> None:
     """Write the features of the windows around a ground cell, the smallest first.
 
@@ -193,10 +193,10 @@ def fit_planes(
         own: Mean and highest z of each own elevation cell, NaN without points, shape (EDGE_CELLS,
             EDGE_CELLS, 2).
         work: Memory, with the sums of ``add_columns`` for this row.
-        found: Output, ``WINDOW_FEATURES`` of each window.
+        features: Output, ``WINDOW_FEATURES`` of each window.
     """
     row, column, cell = place
-    found[:] = _UNKNOWN
+    features[:] = _UNKNOWN
     for k in range(len(WINDOWS)):
         reach, first = WINDOWS[k], len(WINDOW_FEATURES) * k
         moments, sums = work.moments, work.sums[k]
@@ -207,17 +207,21 @@ def fit_planes(
         ):
             for q in range(_N_MOMENTS):
                 moments[q] += sums[b + q]
-        found[first + _FILLED] = work.moments[_S] / (EDGE_CELLS * (2 * reach + 1)) ** 2
+        features[first + _FILLED] = work.moments[_S] / (EDGE_CELLS * (2 * reach + 1)) ** 2
         is_plane, plane, variance = _fit_plane(work.moments, cell)
         if is_plane:
             slope = np.sqrt(plane.along_x * plane.along_x + plane.along_y * plane.along_y)
             step = _range_beside(flat, (row, column, reach, cell), plane, work)
-            found[first + _SLOPE], found[first + _STEP] = slope, step
-            found[first + _ROUGHNESS] = np.sqrt(max(variance, 0.0))
+            features[first + _SLOPE], features[first + _STEP] = slope, step
+            features[first + _ROUGHNESS] = np.sqrt(max(variance, 0.0))
             x = _middle_of(EDGE_CELLS * row, flat, cell)
             y = _middle_of(EDGE_CELLS * column, flat, cell)
             rise, drop, peak = _own_beside(own, x, y, plane, cell)
-            found[first + _RISE], found[first + _DROP], found[first + _PEAK] = rise, drop, peak
+            features[first + _RISE], features[first + _DROP], features[first + _PEAK] = (
+                rise,
+                drop,
+                peak,
+            )
 
 
 @kernel

@@ -76,12 +76,12 @@ def parse(data: bytes, width: int | None = None, likely: int = _LIKELY) -> tuple
 
 def names(rows: NDArray[Any]) -> list[str]:
     """Return the names of columns that have none."""
-    found = ["x", "y", "z", "intensity"][: rows.shape[1]]
+    columns = ["x", "y", "z", "intensity"][: rows.shape[1]]
     for place in range(4, rows.shape[1]):
         column = rows[:, place]
         ring = place == 4 and bool(((column >= 0) & (column < 256) & (column % 1 == 0)).all())
-        found.append("ring" if ring else f"column_{place + 1}")
-    return found
+        columns.append("ring" if ring else f"column_{place + 1}")
+    return columns
 
 
 def _kind(data: bytes) -> str:

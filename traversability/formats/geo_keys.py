@@ -101,11 +101,11 @@ def _keys(directory: bytes, doubles: bytes) -> dict[int, float]:
     """Return the keys that hold a number: a short in place, or one of the doubles."""
     shorts = np.frombuffer(directory, dtype="<u2", count=len(directory) // 2)
     floats = np.frombuffer(doubles, dtype="<f8", count=len(doubles) // 8)
-    found: dict[int, float] = {}
+    keys: dict[int, float] = {}
     for key, location, _, value in shorts[4 : len(shorts) // 4 * 4].reshape(-1, 4).tolist():
         if location == 0:
-            found[key] = value
+            keys[key] = value
         elif location == _DOUBLES and value < len(floats):
-            found[key] = float(floats[value])
-    found.pop(0, None)
-    return found
+            keys[key] = float(floats[value])
+    keys.pop(0, None)
+    return keys

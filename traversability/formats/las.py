@@ -95,11 +95,11 @@ def parse(data: bytes, units: CoordinateUnits | None = None) -> LasPoints:
 def _system_records(cloud: "laspy.LasData") -> dict[int, bytes]:
     """Return the records of the coordinate reference system by number, the first of each."""
     extended: Iterable[laspy.vlrs.vlr.IVLR] = getattr(cloud, "evlrs", None) or ()
-    found: dict[int, bytes] = {}
+    records: dict[int, bytes] = {}
     for record in (*cloud.header.vlrs, *extended):
         if str(record.user_id).rstrip("\0 ") == _SYSTEMS:
-            found.setdefault(int(record.record_id), bytes(record.record_data_bytes()))
-    return found
+            records.setdefault(int(record.record_id), bytes(record.record_data_bytes()))
+    return records
 
 
 def _units(

@@ -108,7 +108,7 @@ def unit_of_system(code: int) -> LengthUnit:
 def _units_of_systems() -> Mapping[int, int]:
     """Return codes of units by codes of systems that are not in metres."""
     text = files("traversability.formats").joinpath("epsg_units.txt").read_text("utf-8")
-    found: dict[int, int] = {}
+    units_by_system: dict[int, int] = {}
     unit = 0
     for line in text.splitlines():
         for word in line.split() if not line.startswith("#") else ():
@@ -116,5 +116,5 @@ def _units_of_systems() -> Mapping[int, int]:
                 unit = int(word[:-1])
                 continue
             first, _, last = word.partition("-")
-            found |= dict.fromkeys(range(int(first), int(last or first) + 1), unit)
-    return MappingProxyType(found)
+            units_by_system |= dict.fromkeys(range(int(first), int(last or first) + 1), unit)
+    return MappingProxyType(units_by_system)

@@ -72,8 +72,8 @@ def units(data: bytes) -> tuple[CoordinateUnits | None, tuple[str, ...]]:
         match = _UNIT.fullmatch(" ".join(words))
         unit = None if match is None else unit_of_name(match.group(1))
         if unit is not None:
-            found = CoordinateUnits(unit, unit)
-            return found, found.remarks("a comment in its header")
+            named = CoordinateUnits(unit, unit)
+            return named, named.remarks("a comment in its header")
     return None, ()
 
 

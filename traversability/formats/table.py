@@ -72,14 +72,14 @@ def packed_columns(body: bytes, count: int, dtype: np.dtype[np.void]) -> Columns
 def record_columns(records: NDArray[np.void]) -> Columns:
     """Return the columns of structured records; a field of k numbers is k columns."""
     records = records.ravel()
-    found: Columns = {}
+    columns: Columns = {}
     for name in records.dtype.names or ():
         column = records[name]
         if column.ndim == 1:
-            found[name] = column
+            columns[name] = column
         elif column.ndim == 2 and not name.startswith("_"):
-            found |= {f"{name}_{k}": column[:, k] for k in range(column.shape[1])}
-    return found
+            columns |= {f"{name}_{k}": column[:, k] for k in range(column.shape[1])}
+    return columns
 
 
 def packed_records(columns: Columns) -> bytes:

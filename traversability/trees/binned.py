@@ -92,9 +92,9 @@ def sum_binned_leaves(
         trees: Trees of ``bin_trees``.
         base: Number at which the sums begin.
     """
-    found = np.full(len(features), base)
-    add_binned_leaves(features, trees, found)
-    return found
+    leaf_sums = np.full(len(features), base)
+    add_binned_leaves(features, trees, leaf_sums)
+    return leaf_sums
 
 
 @kernel
@@ -167,10 +167,10 @@ def _select_leaves(
     """
     width, half, waiting = bins.shape[1], len(ranks) // 2, 0
     for lowest in range(half, 2 * half):
-        own, rank, found = bins[splits[lowest]], ranks[lowest], selected[waiting, :width]
+        own, rank, leaves = bins[splits[lowest]], ranks[lowest], selected[waiting, :width]
         left = np.uint8(2 * (lowest - half))
         for k in range(width):
-            found[k] = left + np.uint8(own[k] > rank)
+            leaves[k] = left + np.uint8(own[k] > rank)
         node = lowest
         while node > 1 and node % 2 == 1:  # A right child: the left one waits.
             node //= 2

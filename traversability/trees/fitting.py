@@ -94,7 +94,7 @@ def fit_correction(
     """
     from sklearn.tree import DecisionTreeRegressor
 
-    found, sums = [], sums.astype(np.float64)
+    stages, sums = [], sums.astype(np.float64)
     for k in range(trees):
         probability = 1 / (1 + np.exp(-sums))
         residual = blocked - probability
@@ -112,9 +112,9 @@ def fit_correction(
         scale = np.maximum(curvature + config.l2_regularization, np.finfo(np.float64).tiny)
         leaf = config.learning_rate * gradient / scale
         sides = model.tree_.children_left, model.tree_.children_right
-        found.append(_siblings_together(*sides, model.tree_.feature, model.tree_.threshold, leaf))
+        stages.append(_siblings_together(*sides, model.tree_.feature, model.tree_.threshold, leaf))
         sums = sums + leaf.astype(np.float32)[place]
-    return _in_a_row(found, names, "logistic", 0.0)
+    return _in_a_row(stages, names, "logistic", 0.0)
 
 
 def flatten_random(model: Any, names: tuple[str, ...]) -> Trees:  # noqa: ANN401 - scikit-learn has no types.

@@ -159,7 +159,7 @@ def hit_ground(
     """
     a = min(max(int(np.floor(ray.u + begin * ray.du)), cells.first_a), cells.last_a)
     b = min(max(int(np.floor(ray.v + begin * ray.dv)), cells.first_b), cells.last_b)
-    found, t, above, known = np.inf, begin, 0.0, False
+    range_of_hit, t, above, known = np.inf, begin, 0.0, False
     while True:
         to_a = (a + (ray.du > 0) - ray.u) * ray.iu if ray.du != 0 else np.inf
         to_b = (b + (ray.dv > 0) - ray.v) * ray.iv if ray.dv != 0 else np.inf
@@ -176,7 +176,7 @@ def hit_ground(
                 if side == 0:
                     side = 1 if above >= 0 else -1
                 if above * side < 0:  # The sign changed on the line between two blocks.
-                    found = t
+                    range_of_hit = t
                     break
             # The diagonal parts the cell into two triangles: the sign is tested there, too.
             middle = t + (1.0 - u - v) / (ray.du + ray.dv)
@@ -184,13 +184,13 @@ def hit_ground(
                 u = ray.u + middle * ray.du - a
                 at: float = ray.z + middle * ray.dz - (h10 * u + h01 * (1.0 - u))
                 if at * side < 0:
-                    found = t + above / (above - at) * (middle - t)
+                    range_of_hit = t + above / (above - at) * (middle - t)
                     break
                 t, above = middle, at
             u, v = ray.u + after * ray.du - a, ray.v + after * ray.dv - b
             at = ray.z + after * ray.dz - cell_height(h00, h10, h01, h11, u, v)
             if at * side < 0:
-                found = t + above / (above - at) * (after - t)
+                range_of_hit = t + above / (above - at) * (after - t)
                 break
             above = at
         if after >= stop:
@@ -202,4 +202,4 @@ def hit_ground(
             b += 1 if ray.dv > 0 else -1
         if a < cells.first_a or a > cells.last_a or b < cells.first_b or b > cells.last_b:
             break
-    return GroundHit(found, a, b, side)
+    return GroundHit(range_of_hit, a, b, side)

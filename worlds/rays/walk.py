@@ -103,10 +103,10 @@ def _cast_rays(
                 begin, side = start_of_walk(ray, tops[i, j, GROUND_TOP], begin, side)
                 if begin < until:
                     cells = block_cells(lattice, i, j, nx, ny)
-                    found = hit_ground(heights, grid_ray, begin, until, cells, side)
-                    side = found.side
-                    if found.range < hit.range:
-                        hit = Hit(found.range, np.int64(surface[found.a, found.b]))
+                    ground_hit = hit_ground(heights, grid_ray, begin, until, cells, side)
+                    side = ground_hit.side
+                    if ground_hit.range < hit.range:
+                        hit = Hit(ground_hit.range, np.int64(surface[ground_hit.a, ground_hit.b]))
             # Objects of the block, where the ray is at their height.
             if low <= tops[i, j, OBJECTS_TOP] and high >= tops[i, j, OBJECTS_BOTTOM]:
                 block = i * rows + j

@@ -111,14 +111,14 @@ def _footprint(piece: _Piece) -> float:
 
 def _pieces(rng: np.random.Generator, goal_area: float) -> list[_Piece]:
     """Return random pieces of an area together, but for a rest."""
-    found: list[_Piece] = []
+    pieces: list[_Piece] = []
     missing = goal_area
     while missing >= _REST:
         piece = _piece(rng)
         if piece.area <= missing + _REST:
-            found.append(piece)
+            pieces.append(piece)
             missing -= piece.area
-    return found
+    return pieces
 
 
 def _place(

@@ -19,14 +19,14 @@ def outline_edges(outlines: Sequence[Outline]) -> NDArray[np.float64]:
     Raises:
         ValueError: If an outline has fewer than two corners, or a corner twice in a row.
     """
-    found = [np.zeros((0, 4))]
+    rings = [np.zeros((0, 4))]
     for outline in outlines:
         corners = np.array(outline, dtype=np.float64).reshape(-1, 2)
         edges = np.hstack([corners, np.roll(corners, -1, axis=0)])
         if len(corners) < 2 or (edges[:, :2] == edges[:, 2:]).all(axis=1).any():
             raise ValueError(f"outline: expected 2 or more different corners, got {list(outline)}")
-        found.append(edges)
-    return np.concatenate(found)
+        rings.append(edges)
+    return np.concatenate(rings)
 
 
 @kernel
@@ -60,15 +60,15 @@ def edge_clearance(x: float, y: float, edges: NDArray[np.float64], count: int) -
 
 @kernel
 def edge_clearances(
-    points: NDArray[np.float64], edges: NDArray[np.float64], found: NDArray[np.float64]
+    points: NDArray[np.float64], edges: NDArray[np.float64], clearances: NDArray[np.float64]
 ) -> None:
     """Lower the clearance of points to that of edges.
 
     Args:
         points: Points [m], shape (k, 2).
         edges: Edges of closed outlines [m], shape (n, 4).
-        found: Clearance of each point [m], lowered in place, shape (k,).
+        clearances: Clearance of each point [m], lowered in place, shape (k,).
     """
     for k in range(len(points)):
         clear = edge_clearance(points[k, 0], points[k, 1], edges, len(edges))
-        found[k] = min(found[k], clear)
+        clearances[k] = min(clearances[k], clear)

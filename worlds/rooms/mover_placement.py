@@ -34,16 +34,16 @@ def draw_movers(
         task: Start and goal of the robot; None keeps neither free.
         radius: Radius of the robot [m].
     """
-    found = [
+    movers = [
         Mover(plan.place, _velocity(plan, rng), plan)
         for plan in room.movers
         if plan.place is not None
     ]
     for plan in room.movers:
-        place = None if plan.place else _drawn_place(plan, room, rng, task, radius, found)
+        place = None if plan.place else _drawn_place(plan, room, rng, task, radius, movers)
         if place is not None:
-            found.append(Mover(place, _velocity(plan, rng), plan))
-    return tuple(found)
+            movers.append(Mover(place, _velocity(plan, rng), plan))
+    return tuple(movers)
 
 
 def _drawn_place(

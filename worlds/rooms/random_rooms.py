@@ -56,7 +56,7 @@ def _plan(
     posts: tuple[int, int],
 ) -> RoomPlan:
     """Return one random layout."""
-    found = []
+    boxes = []
     for _ in range(int(rng.integers(walls[0], walls[1] + 1))):
         length, line = rng.uniform(*lengths), rng.uniform(0.75 - half, half - 0.75)
         begin = rng.uniform(-half, half - length)
@@ -65,11 +65,11 @@ def _plan(
             begin = -half if rng.random() < 0.5 else half - length
         end = begin + length
         along_x = rng.random() < 0.5
-        found.append((begin, line, end, line) if along_x else (line, begin, line, end))
+        boxes.append((begin, line, end, line) if along_x else (line, begin, line, end))
     count = int(rng.integers(posts[0], posts[1] + 1))
     spots = [tuple(spot) for spot in rng.uniform(1.0 - half, half - 1.0, (count, 2)).tolist()]
     return RoomPlan.model_validate(
-        {"about": "random walls", "half": (half, half), "walls": found, "posts": spots}
+        {"about": "random walls", "half": (half, half), "walls": boxes, "posts": spots}
     )
 
 

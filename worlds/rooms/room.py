@@ -156,10 +156,10 @@ class Room:
             points: Points in the room [m], shape (k, 2).
         """
         places = np.ascontiguousarray(points, dtype=np.float64)
-        found = _clearances(places, self.boxes, self.circles)
+        distances = _clearances(places, self.boxes, self.circles)
         if len(self.edges):
-            edge_clearances(places, self.edges, found)
-        return found
+            edge_clearances(places, self.edges, distances)
+        return distances
 
 
 @kernel
@@ -167,7 +167,7 @@ def _clearances(
     points: NDArray[np.float64], boxes: NDArray[np.float64], circles: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the distance of points to the nearest box or circle, negative inside [m], (k,)."""
-    found = np.full(len(points), np.inf)
+    distances = np.full(len(points), np.inf)
     for k in range(len(points)):
         x, y = points[k]
         for b in range(len(boxes)):
@@ -175,13 +175,13 @@ def _clearances(
             out_y = max(boxes[b, 1] - y, y - boxes[b, 3])
             # Beside a box one of both is the distance; off a corner both are; inside the larger.
             if out_x > 0.0 and out_y > 0.0:
-                found[k] = min(found[k], np.hypot(out_x, out_y))
+                distances[k] = min(distances[k], np.hypot(out_x, out_y))
             else:
-                found[k] = min(found[k], max(out_x, out_y))
+                distances[k] = min(distances[k], max(out_x, out_y))
         for c in range(len(circles)):
             away = np.hypot(x - circles[c, 0], y - circles[c, 1]) - circles[c, 2]
-            found[k] = min(found[k], away)
-    return found
+            distances[k] = min(distances[k], away)
+    return distances
 
 
 def cell_edges(room: Room) -> list[NDArray[np.float64]]:
@@ -217,10 +217,10 @@ def _free_cells(room: Room, radius: float, clearance: float) -> NDArray[np.int16
     if not count:
         raise ValueError(f"room {room.name}: expected room for a disc of {radius} m, got none")
     largest = np.bincount(regions.ravel())[1:].argmax() + 1
-    found = np.argwhere((regions == largest) & (distances > max(clearance, radius)))
-    if not len(found):
+    cells = np.argwhere((regions == largest) & (distances > max(clearance, radius)))
+    if not len(cells):
         raise ValueError(f"room {room.name}: expected places {clearance} m clear, got none")
-    return found.astype(np.int16)
+    return cells.astype(np.int16)
 
 
 def free_places(room: Room, radius: float, clearance: float) -> NDArray[np.float64]:
@@ -314,7 +314,7 @@ def _boundary(half: tuple[float, float]) -> list[tuple[float, float, float, floa
 
 def _thin_walls(name: str, plan: RoomPlan) -> list[tuple[float, float, float, float]]:
     """Return thin walls as boxes."""
-    half, found = plan.wall_thickness / 2, []
+    half, boxes = plan.wall_thickness / 2, []
     for x0, y0, x1, y1 in plan.walls:
         if x0 != x1 and y0 != y1:
             raise ValueError(
@@ -322,16 +322,16 @@ def _thin_walls(name: str, plan: RoomPlan) -> list[tuple[float, float, float, fl
             )
         wide, high = (half, 0.0) if x0 == x1 else (0.0, half)
         x_low, x_high, y_low, y_high = min(x0, x1), max(x0, x1), min(y0, y1), max(y0, y1)
-        found.append((x_low - wide, y_low - high, x_high + wide, y_high + high))
-    return found
+        boxes.append((x_low - wide, y_low - high, x_high + wide, y_high + high))
+    return boxes
 
 
 def _tasks(plan: RoomPlan) -> tuple[RoomTask, ...]:
     """Return the fixed tasks of a plan."""
-    found, start = [], Start(*plan.start)
+    tasks, start = [], Start(*plan.start)
     for goal in plan.goals:
-        found.append(RoomTask(start, goal))
+        tasks.append(RoomTask(start, goal))
         if plan.tour:
             x, y = start.x, start.y
             start = Start(*goal, float(np.arctan2(goal[1] - y, goal[0] - x)))
-    return tuple(found)
+    return tuple(tasks)

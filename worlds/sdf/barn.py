@@ -66,22 +66,22 @@ def barn_files(folder: Path) -> tuple[BarnFile, ...]:
     """
     if not folder.is_dir():
         raise BarnFileError(f"{folder}: expected a folder with world_N.world and path_N.npy")
-    found: dict[int, Path] = {}
+    files: dict[int, Path] = {}
     for inner in _WORLD_FOLDERS:
         for file in sorted((folder / inner).glob("world_*")):
             match = _WORLD.fullmatch(file.name)
             if match is None:
                 continue
             number = int(match[1])
-            if number in found:
+            if number in files:
                 raise BarnFileError(
-                    f"{folder}: expected one file of world {number}, got {found[number]} and {file}"
+                    f"{folder}: expected one file of world {number}, got {files[number]} and {file}"
                 )
-            found[number] = file
-    if not found:
+            files[number] = file
+    if not files:
         raise BarnFileError(f"{folder}: expected world_1.world, packed by gzip or not, got none")
     return tuple(
-        BarnFile(number, found[number], _path_of(folder, number)) for number in sorted(found)
+        BarnFile(number, files[number], _path_of(folder, number)) for number in sorted(files)
     )
 
 

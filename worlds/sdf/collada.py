@@ -48,13 +48,13 @@ def read_collada(path: Path, most: int) -> Corners:
     root = read_xml(path, _OPAQUE)
     if root.tag != "COLLADA":
         root.fail("expected <COLLADA> as the outermost element")
-    found, count = [NO_CORNERS], 0
+    parts, count = [NO_CORNERS], 0
     for corners in _Scene(root).placed():
         count += len(corners)
         if count > most:
             root.fail(f"expected at most {most} triangles, got more; simplify the mesh")
-        found.append(corners)
-    return np.concatenate(found) * _metres(root)
+        parts.append(corners)
+    return np.concatenate(parts) * _metres(root)
 
 
 class _Scene:
@@ -108,12 +108,12 @@ def _metres(root: Element) -> float:
         return 1.0
     text = unit.attributes["meter"]
     try:
-        found = float(text)
+        metres = float(text)
     except ValueError:
-        found = math.nan
-    if not 0 < found < math.inf:
+        metres = math.nan
+    if not 0 < metres < math.inf:
         unit.fail(f"expected a number of metres above 0, got {text!r}")
-    return found
+    return metres
 
 
 def _pose(node: Element) -> Pose:

@@ -41,10 +41,10 @@ class Ids:
             SdfError: If there is none of that kind.
         """
         text = element.attributes.get(attribute, "")
-        found = self._elements.get(text.removeprefix("#"))
-        if found is None or found.tag != tag:
+        target = self._elements.get(text.removeprefix("#"))
+        if target is None or target.tag != tag:
             element.fail(f"expected {attribute} to name a <{tag}> of this file, got {text!r}")
-        return found
+        return target
 
 
 def triangles_of(geometry: Element, ids: Ids) -> Corners:
@@ -54,8 +54,8 @@ def triangles_of(geometry: Element, ids: Ids) -> Corners:
         SdfError: If it has no mesh, is of a kind that is not read, or contradicts itself.
     """
     children = geometry.required("mesh").children
-    found = [_faces(each, ids) for each in children if each.tag not in _NO_AREA]
-    return np.concatenate([NO_CORNERS, *found])
+    triangles = [_faces(each, ids) for each in children if each.tag not in _NO_AREA]
+    return np.concatenate([NO_CORNERS, *triangles])
 
 
 def _faces(primitive: Element, ids: Ids) -> Corners:
@@ -140,12 +140,12 @@ def _whole(element: Element, name: str, default: str = "") -> int:
 def _numbers(element: Element, kind: type[_Number]) -> NDArray[_Number]:
     """Return the finite numbers that an element holds."""
     try:
-        found = np.array(element.text.split(), dtype=kind)
+        numbers = np.array(element.text.split(), dtype=kind)
     except (ValueError, OverflowError) as error:
         element.fail(f"expected numbers, got others: {error}")
-    if not np.isfinite(found).all():
+    if not np.isfinite(numbers).all():
         element.fail("expected finite numbers, got others")
-    return found
+    return numbers
 
 
 def _all(element: Element) -> Iterator[Element]:

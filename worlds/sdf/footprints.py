@@ -159,6 +159,6 @@ def _straightened(pose: Pose, reach: float) -> Pose:
         return pose
     c, s = pose[:2, 0] / np.hypot(*pose[:2, 0])
     sign = 1.0 if pose[2, 2] > 0 else -1.0
-    found = pose.copy()
-    found[:3, :3] = [[c, -sign * s, 0.0], [s, sign * c, 0.0], [0.0, 0.0, sign]]
-    return found
+    upright = pose.copy()
+    upright[:3, :3] = [[c, -sign * s, 0.0], [s, sign * c, 0.0], [0.0, 0.0, sign]]
+    return upright

@@ -109,11 +109,11 @@ class Scope:
 
     def nested_pose(self, entry: Entry) -> Pose:
         """Return the pose of a frame or nested model by its entry."""
-        found = self.pose(entry.pose, entry.base)
+        pose = self.pose(entry.pose, entry.base)
         if entry.nested is not None and entry.placed:
             # The pose is that of a frame of the model: the model's own lies where that leaves it.
-            found = found @ inverse(entry.nested.frame(entry.placed, entry.element))
-        return found
+            pose = pose @ inverse(entry.nested.frame(entry.placed, entry.element))
+        return pose
 
     def _found(self, name: str, asked: Element) -> Pose:
         """Return the pose of a frame that has not been asked for before."""

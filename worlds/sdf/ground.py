@@ -110,7 +110,7 @@ def world_of(
         spacing = min((each.spacing for each in terrains), default=np.inf)
         cell = min(max(spacing, _CELLS[0]), _CELLS[1])
     field, origin = _field(terrains, bounds, cell)
-    on_it = [found for each in objects if (found := _placed(each, field, origin)) is not None]
+    on_it = [placed for each in objects if (placed := _placed(each, field, origin)) is not None]
     n, m = field.heights.shape
     surface = np.full((n - 1, m - 1), SemanticClass.GROUND, dtype=np.uint8)
     truth = build_truth(field, tuple(on_it), TruthConfig())
@@ -127,15 +127,15 @@ def _is_of(solid: Solid, models: Sequence[str]) -> bool:
 
 def _around(terrains: Sequence[Terrain], objects: Sequence[SceneObject]) -> Bounds:
     """Return the rectangle of the hills, or else of the objects with a margin."""
-    found = [each.bounds for each in terrains if each.bounds is not None]
+    rectangles = [each.bounds for each in terrains if each.bounds is not None]
     margin = 0.0
-    if not found:
+    if not rectangles:
         margin = _MARGIN
         for each in objects:
             (x0, y0, _), (x1, y1, _) = each.vertices.min(axis=0), each.vertices.max(axis=0)
-            found.append((float(x0), float(y0), float(x1), float(y1)))
-    found = found or [(-_MARGIN, -_MARGIN, _MARGIN, _MARGIN)]
-    low, high = np.array(found)[:, :2].min(axis=0), np.array(found)[:, 2:].max(axis=0)
+            rectangles.append((float(x0), float(y0), float(x1), float(y1)))
+    rectangles = rectangles or [(-_MARGIN, -_MARGIN, _MARGIN, _MARGIN)]
+    low, high = np.array(rectangles)[:, :2].min(axis=0), np.array(rectangles)[:, 2:].max(axis=0)
     (x0, y0), (x1, y1) = (low - margin).tolist(), (high + margin).tolist()
     return x0, y0, x1, y1
 

@@ -57,12 +57,12 @@ def hull(points: NDArray[np.float64]) -> Corners:
 
 def oriented(outlines: Sequence[Corners]) -> list[Corners]:
     """Return outlines counter-clockwise, those inside of an odd number of others clockwise."""
-    found = []
+    outlines_in_order = []
     for k, outline in enumerate(outlines):
         around = [each for j, each in enumerate(outlines) if j != k]
         hole = bool(enclosed(np.array(outline[:1]), around)[0])
-        found.append(outline[::-1] if (area(outline) < 0) != hole else list(outline))
-    return found
+        outlines_in_order.append(outline[::-1] if (area(outline) < 0) != hole else list(outline))
+    return outlines_in_order
 
 
 def enclosed(points: NDArray[np.float64], outlines: Iterable[Corners]) -> NDArray[np.bool_]:
@@ -105,8 +105,8 @@ def triangulated(outlines: Sequence[Corners]) -> NDArray[np.float64] | None:
         present = set(map(tuple, sides.tolist()))
         missing = [edge for edge in edges if (min(edge), max(edge)) not in present]
         if not missing:
-            found = np.array(points)[triangles]
-            return found[enclosed(found.mean(axis=1), outlines)]
+            triangles_of_points = np.array(points)[triangles]
+            return triangles_of_points[enclosed(triangles_of_points.mean(axis=1), outlines)]
         edges = [edge for edge in edges if edge not in missing]
         for a, b in missing:
             if np.hypot(*(points[b] - points[a])) < _SHORTEST:
@@ -198,27 +198,27 @@ def _crossings(points: list[_Point], level: float) -> list[tuple[int, _Point]]:
 
     Corners at the height count as above it.
     """
-    found = []
+    crossings = []
     for k, (a, b) in enumerate(zip(points, points[1:] + points[:1], strict=True)):
         if (a[2] >= level) != (b[2] >= level):
             # In one order for both faces of an edge, so that rounding gives one corner.
             p, q = min(a, b), max(a, b)
             share = (level - p[2]) / (q[2] - p[2])
             met = p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1]), level
-            found.append((k, met))
-    return found
+            crossings.append((k, met))
+    return crossings
 
 
 def _cut(points: list[_Point], level: float, sign: float) -> list[_Point]:
     """Return the part of a polygon in space above a height; below it, if the sign is negative."""
     met = dict(_crossings(points, level))
-    found = []
+    corners = []
     for k, point in enumerate(points):
         if (point[2] >= level) == (sign > 0):
-            found.append(point)
+            corners.append(point)
         if k in met:
-            found.append(met[k])
-    return found
+            corners.append(met[k])
+    return corners
 
 
 def _section(
@@ -238,17 +238,17 @@ def _loops(edges: Counter[tuple[Corner, Corner]]) -> list[Corners]:
     following: dict[Corner, list[Corner]] = defaultdict(list)
     for (a, b), count in edges.items():
         following[a] += [b] * max(count - edges.get((b, a), 0), 0)
-    found = []
+    loops = []
     for first in list(following):
         while following[first]:
             ring = [first]
             while following[ring[-1]] and (len(ring) == 1 or ring[-1] != first):
                 ring.append(following[ring[-1]].pop())
             if ring[-1] == first:
-                found.append(_straightened(ring[:-1]))
+                loops.append(_straightened(ring[:-1]))
             else:
-                found += [list(edge) for edge in pairwise(ring)]
-    return found
+                loops += [list(edge) for edge in pairwise(ring)]
+    return loops
 
 
 def _merged(walls: Iterable[tuple[Corner, Corner]]) -> list[Corners]:
@@ -261,7 +261,7 @@ def _merged(walls: Iterable[tuple[Corner, Corner]]) -> list[Corners]:
         dx, dy = dx / size, dy / size
         line = round(dx, _SAME), round(dy, _SAME), round(dx * ay - dy * ax, _SAME - 1)
         lines[line].append((dx * ax + dy * ay, dx * bx + dy * by))
-    found = []
+    merged = []
     for (dx, dy, aside), spans in lines.items():
         whole: list[list[float]] = []
         for begin, end in sorted(spans):
@@ -269,11 +269,11 @@ def _merged(walls: Iterable[tuple[Corner, Corner]]) -> list[Corners]:
                 whole[-1][1] = max(whole[-1][1], end)
             else:
                 whole.append([begin, end])
-        found += [
+        merged += [
             [_rounded((dx * along - dy * aside, dy * along + dx * aside)) for along in span]
             for span in whole
         ]
-    return found
+    return merged
 
 
 def _straightened(ring: Corners) -> Corners:

@@ -108,14 +108,14 @@ def _ground(solids: Iterable[Solid]) -> float:
 
 def _around(prints: Iterable[Footprint]) -> Bounds:
     """Return the rectangle that holds footprints, with a margin."""
-    found = [bounds for each in prints if (bounds := each.bounds) is not None]
-    if not found:
+    rectangles = [bounds for each in prints if (bounds := each.bounds) is not None]
+    if not rectangles:
         return -_EMPTY, -_EMPTY, _EMPTY, _EMPTY
     return (
-        min(each[0] for each in found) - _MARGIN,
-        min(each[1] for each in found) - _MARGIN,
-        max(each[2] for each in found) + _MARGIN,
-        max(each[3] for each in found) + _MARGIN,
+        min(each[0] for each in rectangles) - _MARGIN,
+        min(each[1] for each in rectangles) - _MARGIN,
+        max(each[2] for each in rectangles) + _MARGIN,
+        max(each[3] for each in rectangles) + _MARGIN,
     )
 
 

@@ -80,8 +80,8 @@ def parts_of(solid: Solid, tolerance: float) -> Parts:
             mesh = load_mesh(shape.path, solid.where)
             x, y, z = shape.scale
             triangles = mesh.triangles if x * y * z > 0 else mesh.triangles[:, ::-1]
-            found, surfaces = parts(Surface(mesh.vertices * shape.scale, triangles))
-            convex = [part.vertices for part in found]
+            mesh_parts, surfaces = parts(Surface(mesh.vertices * shape.scale, triangles))
+            convex = [part.vertices for part in mesh_parts]
         case Heightmap():
             convex = []
     return Parts(

@@ -35,10 +35,10 @@ def world_state(world: Element) -> dict[str, ModelState]:
     Raises:
         SdfError: If a pose or a scale is none.
     """
-    found: dict[str, ModelState] = {}
+    states: dict[str, ModelState] = {}
     for state in world.all("state"):
-        found |= _models(state.all("model"))
-    return found
+        states |= _models(state.all("model"))
+    return states
 
 
 def inserted(world: Element) -> list[Element]:

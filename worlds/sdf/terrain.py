@@ -100,8 +100,8 @@ class _Hills:
         n, m = self._heights.shape
         # Rounding at the border must not open it.
         inside = (u > -1e-6) & (u < n - 1 + 1e-6) & (v > -1e-6) & (v < m - 1 + 1e-6)
-        found = map_coordinates(self._heights, [u, v], order=1, mode="nearest")
-        return np.where(inside, found, -np.inf)
+        heights = map_coordinates(self._heights, [u, v], order=1, mode="nearest")
+        return np.where(inside, heights, -np.inf)
 
 
 class _Seen:

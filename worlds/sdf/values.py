@@ -31,15 +31,15 @@ def numbers(element: Element, count: int) -> tuple[float, ...]:
         SdfError: If they are not as many, or not all finite numbers up to 1e8.
     """
     try:
-        found = tuple(map(float, element.text.split()))
+        values = tuple(map(float, element.text.split()))
     except ValueError:
-        found = ()
-    if len(found) != count or not all(map(math.isfinite, found)):
+        values = ()
+    if len(values) != count or not all(map(math.isfinite, values)):
         text = " ".join(element.text.split())
         element.fail(f"expected {count} finite number{'s' * (count > 1)}, got {text!r}")
-    if max(map(abs, found)) > _MOST:
-        element.fail(f"expected numbers up to {_MOST:g}, got {max(found, key=abs):g}")
-    return found
+    if max(map(abs, values)) > _MOST:
+        element.fail(f"expected numbers up to {_MOST:g}, got {max(values, key=abs):g}")
+    return values
 
 
 def lengths(element: Element, count: int) -> tuple[float, ...]:
@@ -48,10 +48,10 @@ def lengths(element: Element, count: int) -> tuple[float, ...]:
     Raises:
         SdfError: If they are not as many, or not all more than a micrometre.
     """
-    found = numbers(element, count)
-    if min(found) < _LEAST:
+    values = numbers(element, count)
+    if min(values) < _LEAST:
         element.fail(f"expected more than 0, got {element.text.strip()!r}")
-    return found
+    return values
 
 
 def length(parent: Element, tag: str) -> float:
@@ -96,10 +96,10 @@ def pose_of(element: Element | None) -> Pose:
 
 def inverse(pose: Pose) -> Pose:
     """Return the pose that undoes another."""
-    found = np.eye(4)
-    found[:3, :3] = pose[:3, :3].T
-    found[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
-    return found
+    inverted = np.eye(4)
+    inverted[:3, :3] = pose[:3, :3].T
+    inverted[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
+    return inverted
 
 
 _Rows = tuple[tuple[float, float, float], ...]

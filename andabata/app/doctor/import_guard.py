@@ -17,7 +17,7 @@ SIBLINGS = ("terrain", "worlds", "traversability", "rl")
 _OURS = "andabata"
 
 
-class OriginError(ValueError):
+class PackageOriginError(ValueError):
     """A sibling package of another distribution."""
 
 
@@ -84,19 +84,19 @@ def check_origins() -> dict[str, str]:
     """Return the folder of each package, without importing it.
 
     Raises:
-        OriginError: If a sibling is missing or is not beside ``andabata``. The names are generic,
-            and pip installs two distributions of one name over each other without a word.
+        PackageOriginError: If a sibling is missing or is not beside ``andabata``. The names are
+            generic, and pip installs two distributions of one name over each other without a word.
     """
-    found = {_OURS: str(HOME / _OURS)}
+    folders = {_OURS: str(HOME / _OURS)}
     for name in SIBLINGS:
         spec = find_spec(name)
         origin = Path(spec.origin).resolve().parent if spec is not None and spec.origin else None
         if origin != HOME / name:
-            raise OriginError(
+            raise PackageOriginError(
                 f"package {name}: expected {HOME / name}, got {origin}; {_way_out(name, origin)}"
             )
-        found[name] = str(origin)
-    return found
+        folders[name] = str(origin)
+    return folders
 
 
 def other_claims(path: list[str] | None = None) -> list[Claim]:

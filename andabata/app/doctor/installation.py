@@ -65,18 +65,18 @@ def check_installation() -> dict[str, Any]:
     """Return versions, optional packages and origins, ready for JSON; ``ok`` if all is there.
 
     Raises:
-        OriginError: If a sibling package is another distribution's.
+        PackageOriginError: If a sibling package is another distribution's.
     """
-    found: dict[str, Any] = {"python": platform.python_version(), "commit": commit()}
-    found["origins"] = check_origins()
-    found["modules"] = {name: version(name) for name in MODULES}
-    found["extras"] = {name: _is_installed(name) for name in EXTRAS}
+    state: dict[str, Any] = {"python": platform.python_version(), "commit": commit()}
+    state["origins"] = check_origins()
+    state["modules"] = {name: version(name) for name in MODULES}
+    state["extras"] = {name: _is_installed(name) for name in EXTRAS}
     claims = other_claims()
-    found["claims"] = [claim.as_dict() | {"text": claim.text} for claim in claims]
-    found["receive_buffer_bytes"] = receive_buffer()
-    is_broken = any(text.startswith("broken") for text in found["modules"].values())
-    found["ok"] = not is_broken and not any(claim.is_mixed for claim in claims)
-    return found
+    state["claims"] = [claim.as_dict() | {"text": claim.text} for claim in claims]
+    state["receive_buffer_bytes"] = receive_buffer()
+    is_broken = any(text.startswith("broken") for text in state["modules"].values())
+    state["ok"] = not is_broken and not any(claim.is_mixed for claim in claims)
+    return state
 
 
 def version(name: str) -> str:
@@ -129,18 +129,18 @@ def _sockets(size: int) -> str:
     )
 
 
-def installation_text(found: dict[str, Any]) -> str:
+def installation_text(state: dict[str, Any]) -> str:
     """Return the state of an installation as text, one package a line."""
-    lines = [f"python {found['python']}, andabata at commit {found['commit']}"]
-    lines += [f"{name:12} {text}" for name, text in found["modules"].items()]
+    lines = [f"python {state['python']}, andabata at commit {state['commit']}"]
+    lines += [f"{name:12} {text}" for name, text in state["modules"].items()]
     for name, way in EXTRAS.items():
-        installed = found["extras"][name]
+        installed = state["extras"][name]
         lines.append(f"{name:12} {'here' if installed else _missing(way)}")
-    home = Path(found["origins"]["andabata"]).parent
+    home = Path(state["origins"]["andabata"]).parent
     lines.append(f"packages lie beside each other in {home}")
-    lines += [claim["text"] for claim in found["claims"]]
-    if found["receive_buffer_bytes"] is not None:
-        lines.append(_sockets(found["receive_buffer_bytes"]))
-    if any(text.startswith("broken") for text in found["modules"].values()):
+    lines += [claim["text"] for claim in state["claims"]]
+    if state["receive_buffer_bytes"] is not None:
+        lines.append(_sockets(state["receive_buffer_bytes"]))
+    if any(text.startswith("broken") for text in state["modules"].values()):
         lines.append(f"a system library may be missing: {SYSTEM}")
     return "\n".join(lines)

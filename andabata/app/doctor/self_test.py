@@ -77,15 +77,15 @@ def self_test(on_check: Callable[[str], None] = lambda name: None) -> dict[str, 
     }
 
 
-def self_test_text(found: dict[str, Any]) -> str:
+def self_test_text(answers: dict[str, Any]) -> str:
     """Return the answers as text, one check a line."""
     lines = [
         f"{'PASS' if check['passed'] else 'FAIL'}  {check['name']:28} {check['figure']}"
-        for check in found["checks"]
+        for check in answers["checks"]
     ]
-    failed = sum(not check["passed"] for check in found["checks"])
+    failed = sum(not check["passed"] for check in answers["checks"])
     verdict = f"{failed} of {len(lines)} failed" if failed else f"all {len(lines)} passed"
-    return "\n".join([*lines, f"{verdict} in {found['seconds']:.1f} s"])
+    return "\n".join([*lines, f"{verdict} in {answers['seconds']:.1f} s"])
 
 
 def check_packages() -> Finding:
@@ -151,7 +151,19 @@ def check_filter() -> Finding:
     def field(x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the magnetic field that a state expects, hard iron included."""
         turn = Rotation.from_euler("ZYX", [x[2], x[1], x[0]])
-        return np.asarray(turn.inv().apply(flux) + x[11:14])
+        return np.asarray(turn.inv().apply(flux) + np.array([x[11], x[12], 0.0]))
+
+    def levelled(field: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return a field of the base turned level by roll and pitch, forward and left."""
+        return np.asarray(Rotation.from_euler("ZYX", [0.0, x[1], x[0]]).apply(field)[:2])
+
+    def bearing(x: NDArray[np.float64], mean: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the compass bearing that a state expects, linear in the hard iron."""
+        a, b = levelled(field(np.array([*x[:11], *mean[11:]])), mean)
+        ahead, aside = levelled(field(mean), mean)
+        iron = levelled(np.array([*(x[11:13] - mean[11:13]), 0.0]), mean)
+        turn = (ahead * iron[1] - aside * iron[0]) / (ahead**2 + aside**2)
+        return np.array([np.arctan2(b, a) + turn - x[13]])
 
     def place(x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the fix that a state expects, its slow error included."""
@@ -163,20 +175,33 @@ def check_filter() -> Finding:
     reference = UnscentedKalmanFilter(STATES, 3, 0.01, hx=None, fx=None, points=points)
     reference.x, reference.P = x.copy(), P.copy()
     rng, steps = np.random.default_rng(0), 20
+
+    def compare(z: NDArray[np.float64], hx: Callable[..., Any], variances: list[float]) -> None:
+        """Let filterpy correct with the same measurement."""
+        # filterpy keeps the points from before the last correction: draw them anew.
+        reference.sigmas_f = points.sigma_points(reference.x, reference.P)
+        reference.update(z, R=np.diag(variances), hx=hx)
+
     for _ in range(steps):
-        mag = field(x) + rng.normal(0, 0.3, 3)
-        fix = place(x) + rng.normal(0, 0.5, 3)
-        model.correct_mag(x, P, np.array([0.0, *mag]), MODEL, workspace)
+        mag, mean = field(x) + rng.normal(0, 0.3, 3), x.copy()
+        ahead, aside = levelled(mag, mean)
+        white = noise.mag**2 / float((levelled(field(mean), mean) ** 2).sum())
+        model.correct_heading(x, P, np.array([0.0, *mag]), MODEL, workspace)
+        compare(
+            np.array([np.arctan2(aside, ahead)]),
+            lambda s, mean=mean: bearing(s, mean),
+            [white],
+        )
+        climb = -0.3 * np.sin(x[1])
         model.correct_wheels(x, P, 0.3, MODEL, workspace)
+        compare(
+            np.array([0.3]),
+            lambda s, climb=climb: s[9:10] + 0.3 * s[18:19] + climb * s[19:20],
+            [noise.wheel_speed**2],
+        )
+        fix = place(x) + rng.normal(0, 0.5, 3)
         model.correct_gnss(x, P, np.array([0.0, *fix, 0.7, 1.4]), MODEL, workspace)
-        for z, hx, variances in (
-            (mag, field, [noise.mag**2] * 3),
-            (np.array([0.3]), lambda s: s[9:10], [noise.wheel_speed**2]),
-            (fix, place, [0.49, 0.49, 1.96]),
-        ):
-            # filterpy keeps the points from before the last correction: draw them anew.
-            reference.sigmas_f = points.sigma_points(reference.x, reference.P)
-            reference.update(z, R=np.diag(variances), hx=hx)
+        compare(fix, place, [0.49, 0.49, 1.96])
     error = float(max(np.abs(x - reference.x).max(), np.abs(P - reference.P).max()))
     text = f"{3 * steps} corrections, largest difference from filterpy {error:.1e}"
     return Finding(

@@ -91,13 +91,13 @@ def _labelled(
 ) -> DriveSamples:
     """Return the cells that a recording labels."""
     with console.progress(f"recorded seconds of {bag.name}", None) as step:
-        found, _ = label_drive(bag, options, forest.grid, config.labels, lambda: step(1))
-    blocked = int(found.cells.blocked.sum())
+        samples, _ = label_drive(bag, options, forest.grid, config.labels, lambda: step(1))
+    blocked = int(samples.cells.blocked.sum())
     console.status(
-        f"{bag.name}: {len(found.cells.blocked) - blocked} cells crossed, {blocked} blocked, "
-        f"{found.cells.n_empty} not labelled, in {found.clouds} clouds"
+        f"{bag.name}: {len(samples.cells.blocked) - blocked} cells crossed, {blocked} blocked, "
+        f"{samples.cells.n_empty} not labelled, in {samples.clouds} clouds"
     )
-    return found
+    return samples
 
 
 def _cells(folders: Sequence[Path], split: Split, forest: Forest, console: Console) -> CellSamples:

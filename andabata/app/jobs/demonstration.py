@@ -29,6 +29,7 @@ from andabata.report.plots.axes import png
 from andabata.report.plots.drives import drive_figure, world_figure
 from andabata.report.plots.perception import confusions_figure, scan_figure
 from andabata.report.plots.training import learning_figure
+from andabata.report.run_folders import without_paths
 from andabata.runs import atomic_io
 from andabata.runs.folder import describe, write_json
 from andabata.runs.lock import locked_folder
@@ -43,9 +44,6 @@ from traversability.scores import PAPER
 from worlds.splits import EVALUATIONS
 
 _WORLD = "natural-test"
-
-_LONG = ("path", "walkers", "trace")
-"""Long lists of a drive, which the figures leave out."""
 
 
 class DemonstrationConfig(BaseModel):
@@ -195,7 +193,7 @@ class Demonstration:
             )
         oracle = drive_once(_WORLD, self._seed, "oracle", config, time_limit=limit)
         others = {"oracle": oracle.path}
-        self._figures["drive"] = {k: v for k, v in driven.as_dict().items() if k not in _LONG}
+        self._figures["drive"] = without_paths(driven.as_dict())
         self._console.status(driven.title)
         figure = drive_figure(driven.world, driven.path, driven.task.goals, driven.title, others)
         atomic_io.write(self._folder / "drive.png", png(figure))

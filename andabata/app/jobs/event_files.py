@@ -87,15 +87,15 @@ def scalars(row: Row) -> dict[str, float]:
     Args:
         row: Row of a run's history, see ``rl.curriculum.TrainingIteration``.
     """
-    found = {key: row[key] for key in _NUMBERS if row.get(key) is not None}
+    figures = {key: row[key] for key in _NUMBERS if row.get(key) is not None}
     for key, name in _GROUPS.items():
-        found |= {f"{name}/{part}": value for part, value in row.get(key, {}).items()}
+        figures |= {f"{name}/{part}": value for part, value in row.get(key, {}).items()}
     played = sum(row["outcomes"].values())
-    found |= {f"ends/{name}": count / played for name, count in row["outcomes"].items()}
+    figures |= {f"ends/{name}": count / played for name, count in row["outcomes"].items()}
     tasks = row.get("tasks")
     if tasks is not None:
-        found |= {"tasks/score": tasks["score"], "tasks/successes": tasks["successes"]}
-    return {f"{row['name']}/{tag}": float(value) for tag, value in found.items()}
+        figures |= {"tasks/score": tasks["score"], "tasks/successes": tasks["successes"]}
+    return {f"{row['name']}/{tag}": float(value) for tag, value in figures.items()}
 
 
 def _summary(values: Mapping[str, float]) -> Any:  # noqa: ANN401 - protobuf has no types.

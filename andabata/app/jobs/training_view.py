@@ -74,11 +74,11 @@ class StageProgress:
         """Mean reward of a control step, whole and by term."""
         steps = sum(one.mean_steps * one.played for one in self.latest)
         names = dict.fromkeys(name for one in self.latest for name in one.terms)
-        found = {
+        means = {
             name: sum(one.terms.get(name, 0.0) * one.played for one in self.latest) / steps
             for name in names
         }
-        return {"whole": sum(o.mean_return * o.played for o in self.latest) / steps} | found
+        return {"whole": sum(o.mean_return * o.played for o in self.latest) / steps} | means
 
     def _mean(self, figure: Callable[[TrainingIteration], float]) -> float:
         """Return the mean of a figure over the episodes."""

@@ -20,14 +20,14 @@ def datum_fields(text: str | None) -> dict[str, float]:
         return {}
     count = 3 if text.count(",") > 1 else 2
     try:
-        found = dict(zip(_FIELDS, numbers(text, count, "--datum"), strict=False))
-        GeoReference(**found)
+        fields = dict(zip(_FIELDS, numbers(text, count, "--datum"), strict=False))
+        GeoReference(**fields)
     except ValueError as error:
         raise UsageError(
             "--datum: expected LAT,LON or LAT,LON,ALT in degrees and metres, latitude within 89, "
             f"longitude within 180, altitude from -500 to 9000, got {text!r}"
         ) from error
-    return found
+    return fields
 
 
 def datum_overrides(text: str | None) -> tuple[str, ...]:

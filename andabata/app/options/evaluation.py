@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from andabata.app.options.shared import ClassifierOptions
+from andabata.app.options.models import ClassifierOptions
 from andabata.configuration.usage import UsageError
 from worlds.splits import EVALUATIONS
 

@@ -31,7 +31,7 @@ def read_mountings(
         UsageError: If a text is not a mounting, or a sensor is given twice.
         SettingsError: If a number is out of bounds.
     """
-    found: dict[str, GivenMounting] = {}
+    mountings: dict[str, GivenMounting] = {}
     for text in texts:
         name, sign, value = text.rpartition("=")
         sensor = name.strip()
@@ -39,10 +39,10 @@ def read_mountings(
             raise UsageError(
                 f"--mounting: expected one of {', '.join(sensors)} before the sign, got {sensor!r}"
             )
-        if sensor in found:
+        if sensor in mountings:
             raise UsageError(f"--mounting: expected {sensor or 'the laser'} once, got it twice")
-        found[sensor] = _given(value)
-    return found
+        mountings[sensor] = _given(value)
+    return mountings
 
 
 def laser_mounting(given: Mapping[str, GivenMounting], height: float) -> Mounting:

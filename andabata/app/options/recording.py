@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from andabata.app.options.shared import SensorOptions, TopicOptions
+from andabata.app.options.sensors import SensorOptions, TopicOptions
 
 if TYPE_CHECKING:
     from andabata.assembly.simulated_robot import SimulatedRobotConfig

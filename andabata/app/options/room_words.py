@@ -35,15 +35,15 @@ def room_words(text: str, family: str = "spn") -> tuple[str, ...]:
         UsageError: If there is none, or no room of a name.
     """
     given = (word.strip() for word in text.split(",") if word.strip())
-    found = tuple(name for word in given for name in _rooms_of(word, family))
-    if not found:
+    rooms = tuple(name for word in given for name in _rooms_of(word, family))
+    if not rooms:
         raise UsageError(f"--rooms: expected names as {', '.join(room_names())}, got nothing")
-    for word in found:
+    for word in rooms:
         try:
             make_room(word)
         except UnknownRoomError as error:
             raise UsageError(f"--rooms: {str(error).removeprefix('room: ')}") from error
-    return found
+    return rooms
 
 
 def _rooms_of(word: str, family: str) -> tuple[str, ...]:
@@ -61,12 +61,12 @@ def lidar_words(text: str, option: str = "--lidars") -> tuple[str, ...]:
     Raises:
         UsageError: If there is none, or one is neither a name nor a label of a laser.
     """
-    found = tuple(word.strip() for word in text.split(",") if word.strip())
-    if found == ("all",):
+    names = tuple(word.strip() for word in text.split(",") if word.strip())
+    if names == ("all",):
         return tuple(PLANAR_LIDARS)
-    if not found:
+    if not names:
         raise UsageError(f"{option}: expected all, names or labels of lasers, got nothing")
-    for word in found:
+    for word in names:
         if word == TRAINED:
             continue
         try:
@@ -75,7 +75,7 @@ def lidar_words(text: str, option: str = "--lidars") -> tuple[str, ...]:
             raise UsageError(f"{option}: {word!r}: {explain(error)}") from error
         except ValueError as error:
             raise UsageError(f"{option}: {str(error).removeprefix('lidar: ')}") from error
-    return found
+    return names
 
 
 def lidar_word(text: str) -> str:
@@ -84,10 +84,10 @@ def lidar_word(text: str) -> str:
     Raises:
         UsageError: If it is not one, by name or label.
     """
-    found = lidar_words(text, "--lidar")
-    if len(found) > 1 or found == (TRAINED,):
+    names = lidar_words(text, "--lidar")
+    if len(names) > 1 or names == (TRAINED,):
         raise UsageError(f"--lidar: expected one laser, got {text!r}")
-    return found[0]
+    return names[0]
 
 
 def memory_words(text: str) -> tuple[str, ...]:
@@ -119,15 +119,15 @@ def load_policies(texts: Sequence[str], task: RoomTaskConfig) -> dict[str, Polic
     twice = [text for text, count in Counter(texts).items() if count > 1]
     if twice:
         raise UsageError(f"--policy: expected each once, got {twice[0]} twice")
-    found = {}
+    policies = {}
     for name, text in zip(_names(texts), texts, strict=True):
         policy = _load(text, task)
         try:
             fitted(policy, task)
         except ValueError as error:
             raise ValueError(f"{text}: {error}") from error
-        found[name] = policy
-    return found
+        policies[name] = policy
+    return policies
 
 
 def _load(text: str, task: RoomTaskConfig) -> Policy:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from andabata.app.options.shared import CloudUnit, LaserMounting
+from andabata.app.options.sensors import CloudUnit, LaserMounting
 
 if TYPE_CHECKING:
     from andabata.app.scan_files import CloudSource

@@ -107,12 +107,12 @@ def settings_page() -> str:
 
 def attributes(kind: type) -> dict[str, str]:
     """Return the texts of the ``Attributes`` in a class's docstring and those of its bases."""
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for base in reversed(kind.__mro__):
         lines = inspect.cleandoc(base.__dict__.get("__doc__") or "").partition("Attributes:\n")[2]
         for match in re.finditer(r"^    (\w+): (.*(?:\n {5,}.*)*)", lines, re.MULTILINE):
-            found[match[1]] = match[2]
-    return found
+            texts[match[1]] = match[2]
+    return texts
 
 
 def _groups(group: _Group, title: str, told: dict[tuple[type, str], str]) -> Iterator[_Group]:

@@ -7,8 +7,9 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.models import ModelOptions
 from andabata.app.options.recording import RecordedRobot, RecordingOptions
-from andabata.app.options.shared import ConsoleOptions, ModelOptions
+from andabata.app.options.shared import ConsoleOptions
 
 app = typer.Typer(
     help="Recordings, without ROS: info, replay, salvage, export, layout.", no_args_is_help=True
@@ -33,17 +34,17 @@ def info(*, file: BagFile, output: ConsoleOptions) -> None:
 
     console = output.console()
     with console.progress("messages", None) as step:
-        found = summarise(file, lambda: step(1))
+        summary = summarise(file, lambda: step(1))
     data = {
         "file": str(file),
-        "duration_s": found.duration_s,
-        "topics": [topic.to_json() for topic in found.topics],
-        "left_out": [asdict(each) for each in found.left_out],
-        "notes": list(found.notes),
+        "duration_s": summary.duration_s,
+        "topics": [topic.to_json() for topic in summary.topics],
+        "left_out": [asdict(each) for each in summary.left_out],
+        "notes": list(summary.notes),
     }
-    title = f"{file.name}, {found.duration_s:.1f} s"
-    console.result(data, recording_table(found, title), *recording_notes(found))
-    if found.damaged:
+    title = f"{file.name}, {summary.duration_s:.1f} s"
+    console.result(data, recording_table(summary, title), *recording_notes(summary))
+    if summary.damaged:
         console.status(f"`andabata bag salvage {file.name} --out NEW` keeps what is whole")
         raise typer.Exit(3)
 
@@ -111,17 +112,17 @@ def salvage(
     from andabata.app.tables import salvage_text
     from andabata.records.salvage import salvage as keep
 
-    found = keep(file, out)
+    result = keep(file, out)
     data = {
         "file": str(out),
-        "messages": found.messages,
-        "lost": found.lost,
-        "lost_messages": found.lost_messages,
-        "reason": found.reason,
-        "notes": list(found.notes),
+        "messages": result.messages,
+        "lost": result.lost,
+        "lost_messages": result.lost_messages,
+        "reason": result.reason,
+        "notes": list(result.notes),
     }
     output.console().result(data, salvage_text(data))
-    if found.lost:
+    if result.lost:
         raise typer.Exit(3)
 
 
@@ -176,9 +177,9 @@ def export(
     console = output.console()
     request = ExportRequest(file, out, tuple(topic) if topic else None, clouds, datum)
     with console.progress("messages", None) as step:
-        found = write(request, lambda: step(1))
-    console.result(found.data, found.text)
-    if found.left_out:
+        exported = write(request, lambda: step(1))
+    console.result(exported.data, exported.text)
+    if exported.left_out:
         raise typer.Exit(3)
 
 
@@ -205,7 +206,7 @@ def layout(
     from andabata.runs import atomic_io
     from andabata.runs.strict_json import dumps
 
-    found = foxglove_layout(1 if ros == 1 else 2)
-    atomic_io.write(out, dumps(found, indent=2).encode())
-    data = {"file": str(out), "panels": list(found["configById"])}
+    content = foxglove_layout(1 if ros == 1 else 2)
+    atomic_io.write(out, dumps(content, indent=2).encode())
+    data = {"file": str(out), "panels": list(content["configById"])}
     output.console().result(data, f"layout for Foxglove in {out}")

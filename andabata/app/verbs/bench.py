@@ -6,10 +6,10 @@ from typing import Annotated, cast, get_args
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.models import ForestOptions
 from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
-    ForestOptions,
     RealityLevel,
     Robot,
     Seed,
@@ -241,8 +241,8 @@ def vehicle(
     console, model = output.console(), RobotModel.load(robot)
     name = one_word(plant, get_args(Plant), "--plant")
     with console.progress("parts", 5) as step:
-        found = bench_vehicle(model, seed, step, cast(Plant, name))
-    data = {"robot": robot, "plant": name, **found}
+        measurements = bench_vehicle(model, seed, step, cast(Plant, name))
+    data = {"robot": robot, "plant": name, **measurements}
     if picture is not None:
         atomic_io.write(picture, png(vehicle_figure(data)))
     console.result(data, *(table_of(rows, title) for title, rows in vehicle_tables(data)))

@@ -7,13 +7,9 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.models import ForestOptions
 from andabata.app.options.recording import RecordedRobot, RecordingOptions
-from andabata.app.options.shared import (
-    ConsoleOptions,
-    ForestOptions,
-    Seed,
-    SettingsOptions,
-)
+from andabata.app.options.shared import ConsoleOptions, Seed, SettingsOptions
 
 app = typer.Typer(
     help="The classifiers: train, adapt, evaluate, ground, export.", no_args_is_help=True
@@ -128,13 +124,13 @@ def adapt(
     options = recording.replay(robot=robot)
     folders = (clouds, *(more or ()))
     with locked_file(out):
-        found, data = adapt_cell_classifier(
+        result, data = adapt_cell_classifier(
             bags, folders, forest.load(), options, config, seed, console
         )
         console.result(data, adaptation_text(data))
         if data[OWN]["before"]["recall"] is None:
             console.status("no blocked cell in the held-out part: its recall is unknown")
-        write_adapted(out, found, config)
+        write_adapted(out, result, config)
     console.status(f"{out}: give it to --forest")
 
 

@@ -6,14 +6,8 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options.shared import (
-    CloudUnit,
-    ConsoleOptions,
-    EngineOptions,
-    Seed,
-    Sensor,
-    SettingsOptions,
-)
+from andabata.app.options.sensors import CloudUnit
+from andabata.app.options.shared import ConsoleOptions, EngineOptions, Seed, Sensor, SettingsOptions
 
 app = typer.Typer(help="Synthetic labelled clouds: generate, convert.", no_args_is_help=True)
 

@@ -32,16 +32,16 @@ def doctor(
     """
     from andabata.app.doctor.installation import check_installation, installation_text
 
-    console, found = output.console(), check_installation()
-    text = installation_text(found)
+    console, installation = output.console(), check_installation()
+    text = installation_text(installation)
     if self_test:
         from andabata.app.doctor.self_test import self_test as run
         from andabata.app.doctor.self_test import self_test_text
 
         with console.progress("checks", None) as step:
-            found["self_test"] = run(lambda name: step(1))
-        found["ok"] = found["ok"] and found["self_test"]["ok"]
-        text = f"{text}\n\n{self_test_text(found['self_test'])}"
-    console.result(found, text)
-    if not found["ok"]:
+            installation["self_test"] = run(lambda name: step(1))
+        installation["ok"] = installation["ok"] and installation["self_test"]["ok"]
+        text = f"{text}\n\n{self_test_text(installation['self_test'])}"
+    console.result(installation, text)
+    if not installation["ok"]:
         raise typer.Exit(1)

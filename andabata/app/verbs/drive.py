@@ -7,10 +7,10 @@ import typer
 
 from andabata.app.command import command
 from andabata.app.options.drive import ClipOptions, Controller, Goals, RecordOptions
+from andabata.app.options.models import ModelOptions
 from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
-    ModelOptions,
     RobotOptions,
     SettingsOptions,
 )

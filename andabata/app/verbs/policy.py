@@ -6,13 +6,8 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options.shared import (
-    ConsoleOptions,
-    PolicyOptions,
-    Seed,
-    SettingsOptions,
-    Workers,
-)
+from andabata.app.options.models import PolicyOptions
+from andabata.app.options.shared import ConsoleOptions, Seed, SettingsOptions, Workers
 
 app = typer.Typer(
     no_args_is_help=True, help="Describe a policy, export it, or distill one from the sampling MPC."
@@ -94,7 +89,7 @@ def distill(
         )
     file, data = out / "policy.safetensors", policy.to_bytes()
     atomic_io.write(file, data)
-    found = {"policy": str(file), "bytes": len(data), "rounds": [one._asdict() for one in rounds]}
+    result = {"policy": str(file), "bytes": len(data), "rounds": [one._asdict() for one in rounds]}
     last = rounds[-1]
     text = f"{file}: {len(data)} bytes, from {last.labels} labels, loss {last.loss:.4f}"
-    console.result(found, text)
+    console.result(result, text)

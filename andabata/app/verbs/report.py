@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
-from andabata.app.options.shared import ClassifierOptions, ConsoleOptions, Workers
+from andabata.app.options.models import ClassifierOptions
+from andabata.app.options.shared import ConsoleOptions, Workers
 
 
 @command
@@ -54,11 +55,11 @@ def report(
 
     path, console = out or runs[0] / "report.html", output.console()
     options = ReportOptions(models.load, tests, workers, console.progress)
-    made = make_report(run_folders(runs), options)
-    page = made.page.to_bytes()
+    page, found, table = make_report(run_folders(runs), options)
+    content = page.to_bytes()
     make_folder(path.parent)
-    atomic_io.write(path, page)
-    data = made.data | {"report": str(path), "bytes": len(page)}
+    atomic_io.write(path, content)
+    data = found | {"report": str(path), "bytes": len(content)}
     if figures is not None:
-        data["figures"] = made.page.write_figures(make_folder(figures))
-    console.result(data, made.shown, f"report: {path}")
+        data["figures"] = page.write_figures(make_folder(figures))
+    console.result(data, table, f"report: {path}")

@@ -5,13 +5,14 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.live import LiveDriveOptions
+from andabata.app.options.models import ModelOptions
+from andabata.app.options.sensors import SensorOptions
 from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
-    ModelOptions,
     Robot,
     RobotOptions,
-    SensorOptions,
     SettingsOptions,
 )
 from andabata.app.options.view import ViewOptions
@@ -30,29 +31,7 @@ def navigator(
     controller: Annotated[
         str, typer.Option(help="policy+planner, policy, planner, reactive or straight.")
     ] = "policy+planner",
-    start: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,YAW",
-            help="Pose of the robot in the map, in metres and degrees; by default from "
-            "/initialpose, or from the first fix and the compass.",
-        ),
-    ] = None,
-    goal: Annotated[
-        str | None,
-        typer.Option(metavar="X,Y", help="First goal, in metres; /goal gives others later."),
-    ] = None,
-    seconds: Annotated[
-        float | None,
-        typer.Option(min=0.1, help="Time after which to stop, in seconds; by default on Ctrl-C."),
-    ] = None,
-    local_map: Annotated[
-        bool,
-        typer.Option(
-            "--map/--no-map",
-            help="Publish the local map, the plan and map -> odom too, for Nav2 and grid_map.",
-        ),
-    ] = True,
+    drive: LiveDriveOptions,
     robot: Robot = "andabata",
     sensors: SensorOptions,
     models: ModelOptions,
@@ -73,7 +52,7 @@ def navigator(
     from andabata.assembly.controllers import MAPLESS_CONTROLLERS
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.configuration.settings import with_parts
-    from andabata.configuration.usage import numbers, words
+    from andabata.configuration.usage import words
 
     (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller")[:1]
     console = output.console()
@@ -86,10 +65,10 @@ def navigator(
         cloud=sensors.cloud,
         mountings=sensors.mountings(),
         sources=sensors.sources(),
-        start=None if start is None else numbers(start, 3, "--start"),
-        goal=None if goal is None else numbers(goal, 2, "--goal"),
-        seconds=seconds,
-        local_map=local_map,
+        start=drive.start_pose(),
+        goal=drive.first_goal(),
+        seconds=drive.seconds,
+        local_map=drive.local_map,
         view=viewer.view_config() if viewer.view else None,
     )
     console.result(data, navigation_text(data))

@@ -6,8 +6,9 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.models import ForestOptions
 from andabata.app.options.scan import CloudOptions, ScanOptions
-from andabata.app.options.shared import ConsoleOptions, ForestOptions
+from andabata.app.options.shared import ConsoleOptions
 
 
 @command
@@ -48,10 +49,10 @@ def scan(
         raise UsageError(f"--picture: expected one cloud, got {len(files)}; use --report")
     config, console = scanning.resolve(), output.console()
     source = cloud.source(scanning.mountings())
-    found = scan_files(
+    results = scan_files(
         files, source, config, forest.load(), console.status, picture=picture, report=report
     )
-    lines = scan_lines(found) + ([f"report: {report}"] if report else [])
-    console.result(found[0] if len(found) == 1 else {"scans": found}, "\n".join(lines))
-    if code := exit_code(found):
+    lines = scan_lines(results) + ([f"report: {report}"] if report else [])
+    console.result(results[0] if len(results) == 1 else {"scans": results}, "\n".join(lines))
+    if code := exit_code(results):
         raise typer.Exit(code)

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import Given, command
+from andabata.app.options.models import ClassifierOptions
 from andabata.app.options.shared import (
-    ClassifierOptions,
     ConsoleOptions,
     EngineOptions,
     RobotOptions,

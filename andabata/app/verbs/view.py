@@ -6,8 +6,9 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.models import ModelOptions
 from andabata.app.options.recording import RecordingOptions
-from andabata.app.options.shared import ConsoleOptions, ModelOptions
+from andabata.app.options.shared import ConsoleOptions
 from andabata.app.options.view import PageOptions
 
 

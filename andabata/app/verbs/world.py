@@ -7,6 +7,7 @@ import typer
 
 from andabata.app.command import command
 from andabata.app.options.shared import ConsoleOptions, Seed
+from andabata.app.options.world_import import ImportOptions
 
 app = typer.Typer(help="The worlds: list, show, render, import.", no_args_is_help=True)
 
@@ -87,58 +88,7 @@ def render(
 def import_(
     *,
     file: Annotated[Path, typer.Argument(help="World of Gazebo: .sdf or .world, plain or .gz.")],
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="File to write: .toml for a room, .safetensors for a world; by default named "
-            "after the world's file."
-        ),
-    ] = None,
-    models: Annotated[
-        list[Path] | None,
-        typer.Option(metavar="DIR", help="Folder of models that it includes; may be repeated."),
-    ] = None,
-    form: Annotated[
-        str,
-        typer.Option(
-            help="room, for planar lasers, world, of hills and objects, or auto: a room if the "
-            "ground is level."
-        ),
-    ] = "auto",
-    slab: Annotated[
-        str | None,
-        typer.Option(
-            metavar="LOW,HIGH",
-            help="Heights above the ground between which a room has obstacles, in metres; "
-            "0.05,0.5 by default.",
-        ),
-    ] = None,
-    bounds: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X0,Y0,X1,Y1",
-            help="Rectangle of the world to take, in metres; by default all of it and some space "
-            "around.",
-        ),
-    ] = None,
-    cell: Annotated[
-        float | None,
-        typer.Option(min=0.02, max=2, help="Distance of a world's ground points, in metres."),
-    ] = None,
-    ground: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAMES",
-            help="Models whose shapes are ground, as meshes of terrain and ramps; comma-separated.",
-        ),
-    ] = None,
-    name: Annotated[
-        str | None, typer.Option(help="Name of the world, where the file holds several.")
-    ] = None,
-    allow_missing: Annotated[
-        bool,
-        typer.Option("--allow-missing", help="Leave out models and meshes that are not found."),
-    ] = False,
+    options: ImportOptions,
     output: ConsoleOptions,
 ) -> None:
     """Turn a world of Gazebo (SDF 1.4 to 1.9) into a room or a world of this program.
@@ -150,21 +100,7 @@ def import_(
         andabata world import depot.sdf --models models --slab 0.1,0.4
         andabata world import course.sdf --form world --out course.safetensors
     """
-    from andabata.app import world_import as imports
-    from andabata.configuration.usage import words
+    from andabata.app.world_import import import_text, import_world
 
-    (chosen, *_) = words(form, (imports.AUTO, imports.ROOM, imports.WORLD), "--form")
-    request = imports.ImportRequest(
-        file=file,
-        out=out,
-        folders=models or (),
-        name=name,
-        form=chosen,
-        slab=None if slab is None else imports.slab_of(slab),
-        bounds=None if bounds is None else imports.bounds_of(bounds),
-        cell=cell,
-        ground=() if ground is None else tuple(each.strip() for each in ground.split(",")),
-        allow_missing=allow_missing,
-    )
-    data = imports.import_world(request)
-    output.console().result(data, imports.import_text(data))
+    data = import_world(options.request(file))
+    output.console().result(data, import_text(data))

@@ -51,10 +51,10 @@ EVALUATIONS: dict[str, tuple[str, ...]] = {
 
 def digest(arrays: Iterable[NDArray[Any]]) -> str:
     """Return the SHA-256 of arrays, one after the other."""
-    found = hashlib.sha256()
+    sha = hashlib.sha256()
     for array in arrays:
-        found.update(np.ascontiguousarray(array).tobytes())
-    return found.hexdigest()
+        sha.update(np.ascontiguousarray(array).tobytes())
+    return sha.hexdigest()
 
 
 def clouds(folder: Path) -> str:
@@ -79,16 +79,16 @@ def drive(folder: Path, plant: str) -> str:
         *("drive", "--world", "natural-test", "--seed", "3", "--set", f"plant={plant}"),
         *("--out", str(out), "--record", str(record), "--no-clouds", "--quiet"),
     )
-    found = hashlib.sha256()
-    found.update(json.dumps(json.loads((out / "drive.json").read_text())["path"]).encode())
+    sha = hashlib.sha256()
+    sha.update(json.dumps(json.loads((out / "drive.json").read_text())["path"]).encode())
     with AnyReader([record]) as reader:
         names = ("/cmd_vel", "/wheel_speed_cmd")
         wanted = [one for one in reader.connections if one.topic in names]
         if len(wanted) != 2:
             raise ValueError(f"topics: expected 2, got {[one.topic for one in wanted]}")
         for connection, stamp, data in reader.messages(wanted):
-            found.update(connection.topic.encode() + str(stamp).encode() + bytes(data))
-    return found.hexdigest()
+            sha.update(connection.topic.encode() + str(stamp).encode() + bytes(data))
+    return sha.hexdigest()
 
 
 def train(folder: Path, stage: int, name: str, episodes: int) -> str:

@@ -65,8 +65,8 @@ def run_graph(world: str, seed: int, seconds: float) -> LiveRun:
         printed = graph.tool("rostopic", "hz", *reversed(PRODUCTS), seconds=seconds)
         navigator = result(node, 120)
         stamps: dict[str, list[float]] = {topic: [] for topic in RECORDED}
-        with Bag(finished_bag(recorder, bag)) as found:
-            for message in found.messages():
+        with Bag(finished_bag(recorder, bag)) as recording:
+            for message in recording.messages():
                 stamps[message.topic].append(message.stamp_ns / 1e9)
     arrays = {topic: np.array(each) for topic, each in stamps.items()}
     return LiveRun(arrays, navigator, "\n".join(printed.splitlines()[-4:]))

@@ -60,9 +60,9 @@ def raylets(count: int = 2) -> Iterator[Raylets]:
     head = {"num_cpus": 1, "include_dashboard": False, "_system_config": _WATCHFUL}
     cluster = Cluster(initialize_head=True, head_node_args=head)
     try:
-        found = Raylets(cluster, [])
+        fleet = Raylets(cluster, [])
         for _ in range(count - 1):
-            found.start_one()
-        yield found
+            fleet.start_one()
+        yield fleet
     finally:
         cluster.shutdown()

@@ -52,7 +52,7 @@ _CELL = 0.2
 
 def low_rocks(world: World) -> NDArray[np.float64]:
     """Return x, y and height [m] of the low and small solid objects, shape (n, 3)."""
-    found = []
+    rocks = []
     for object_ in world.objects:
         traits = TRAITS[object_.semantic]
         low, high = object_.vertices.min(axis=0), object_.vertices.max(axis=0)
@@ -60,8 +60,8 @@ def low_rocks(world: World) -> NDArray[np.float64]:
         height = float(high[2] - world.ground.height_at(x, y))
         small = HEIGHTS[0] < height < HEIGHTS[-1] and (high - low)[:2].max() < _WIDEST
         if traits.solid and not traits.traversable and small:
-            found.append((x, y, height))
-    return np.array(found).reshape(-1, 3)
+            rocks.append((x, y, height))
+    return np.array(rocks).reshape(-1, 3)
 
 
 @dataclass(frozen=True)
@@ -161,12 +161,12 @@ class MapProbe:
         dx, dy = (positions - true.position[:2]).T
         spots = np.stack([c * dx - s * dy, s * dx + c * dy], axis=1) + odometry.position[:2]
         i, j = np.floor(spots / self._occupancy.config.cell).astype(int).T
-        found, last = np.zeros(len(positions), dtype=bool), len(self._occupancy.log_odds) - 1
+        is_blocked, last = np.zeros(len(positions), dtype=bool), len(self._occupancy.log_odds) - 1
         for a in range(-radius, radius + 1):
             for b in range(-radius, radius + 1):
                 log_odds = self._occupancy.log_odds[(i + a) & last, (j + b) & last]
-                found |= log_odds > self._occupancy.config.lethal_log_odds
-        return found
+                is_blocked |= log_odds > self._occupancy.config.lethal_log_odds
+        return is_blocked
 
 
 def drive_among_rocks(

@@ -149,8 +149,8 @@ def result(process: LoggedProcess, seconds: float) -> dict[str, Any]:
     """
     if process.wait(seconds) != 0:
         raise RuntimeError(process.output.with_suffix(".err").read_text())
-    found: dict[str, Any] = json.loads(process.output.read_text())
-    return found
+    printed: dict[str, Any] = json.loads(process.output.read_text())
+    return printed
 
 
 @contextmanager

@@ -139,10 +139,10 @@ def _driven(words: Sequence[str]) -> dict[str, Any]:
             threading.Thread(target=read_page, args=(url,), daemon=True).start()
         else:
             threading.Thread(target=drive.stderr.read, daemon=True).start()
-        found: dict[str, Any] = json.loads(drive.stdout.readline())
+        result: dict[str, Any] = json.loads(drive.stdout.readline())
         # The page stays for its reader until it is interrupted.
         drive.send_signal(signal.SIGINT)
-        return found
+        return result
 
 
 def read_page(url: str) -> None:
@@ -242,10 +242,10 @@ def _counted(page: "Page", frames: list[float], seconds: float) -> dict[str, Any
 
 def _stamp(page: "Page") -> float:
     """Return the time of the drive that a page tells [s]."""
-    found = _STAMP.search(page.inner_text("body"))
-    if found is None:
+    match = _STAMP.search(page.inner_text("body"))
+    if match is None:
         raise RuntimeError("page: expected the time of the drive, got none")
-    return float(found.group(1))
+    return float(match.group(1))
 
 
 def main(argv: Sequence[str] | None = None) -> None:

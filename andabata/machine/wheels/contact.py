@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.vectors import Axes, Vector, cross
 from terrain.kernel import inlined_kernel
-from worlds.walking import Ground
+from worlds.walking import HeightGrid
 
 DEEPEST = 0.05
 """Largest depth of a contact that presses [m]: a body put down inside of something is not shot
@@ -49,7 +49,7 @@ class Touch(NamedTuple):
 
 
 @inlined_kernel
-def surface(ground: Ground, x: float, y: float) -> tuple[float, float, float]:
+def surface(ground: HeightGrid, x: float, y: float) -> tuple[float, float, float]:
     """Return height [m] of the ground at a place [m], and its triangle's slopes along x and y.
 
     Beyond the border there is no ground: its height is minus infinity.
@@ -74,7 +74,7 @@ def surface(ground: Ground, x: float, y: float) -> tuple[float, float, float]:
 
 
 @inlined_kernel
-def touch_ground(motion: Motion, arm: Vector, ground: Ground) -> Touch:
+def touch_ground(motion: Motion, arm: Vector, ground: HeightGrid) -> Touch:
     """Return the contact of one point of the body with the ground; its depth is 0 above it.
 
     Args:

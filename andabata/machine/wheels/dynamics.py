@@ -16,7 +16,7 @@ from andabata.machine.wheels.contact import MOMENT, TORQUE, Motion
 from andabata.machine.wheels.hull import meet_walkers, scrape_hull, strike_hull
 from andabata.machine.wheels.tyres import press_tyres, strike_tyres
 from terrain.kernel import kernel
-from worlds.walking import Ground, WalkerTrack
+from worlds.walking import HeightGrid, WalkerTrack
 
 _MOST_NEAR = 64
 """Largest number of objects that the body can touch at once."""
@@ -76,7 +76,7 @@ class Surroundings(NamedTuple):
         walkers: Walkers at the end of each tick of a drive; none has a radius of 0.
     """
 
-    ground: Ground
+    ground: HeightGrid
     solids: Solids
     walkers: WalkerTrack
 

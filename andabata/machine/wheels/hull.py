@@ -12,7 +12,7 @@ from andabata.machine.vectors import Axes, Vector, added, cross, dot, to_map
 from andabata.machine.wheels.body import SUB_STEP, WheelsBody
 from andabata.machine.wheels.contact import DEEPEST, Motion, Touch, add_force, touch_ground
 from terrain.kernel import kernel
-from worlds.walking import Ground, WalkerTrack
+from worlds.walking import HeightGrid, WalkerTrack
 
 _RESOLVED, _STOPPED = 0.2, 0.4
 """Shares of overlap and closing speed that a contact undoes in a sub-step."""
@@ -23,7 +23,7 @@ _GROUND_SHARE = 0.25
 
 @kernel
 def scrape_hull(
-    motion: Motion, body: WheelsBody, ground: Ground, loads: NDArray[np.float64]
+    motion: Motion, body: WheelsBody, ground: HeightGrid, loads: NDArray[np.float64]
 ) -> None:
     """Add the forces of the ground on the hull: on its floor, and on its corners once it fell.
 

@@ -29,7 +29,7 @@ from andabata.machine.wheels.contact import (
     touch_ground,
 )
 from terrain.kernel import inlined_kernel, kernel
-from worlds.walking import Ground
+from worlds.walking import HeightGrid
 
 
 @kernel
@@ -38,7 +38,7 @@ def press_tyres(
     body: WheelsBody,
     speeds: NDArray[np.float64],
     grips: NDArray[np.float64],
-    ground: Ground,
+    ground: HeightGrid,
     loads: NDArray[np.float64],
 ) -> None:
     """Add the forces of the ground on the wheels.
@@ -65,7 +65,7 @@ def press_tyres(
 
 
 @inlined_kernel
-def _press(motion: Motion, centre: Vector, tyres: Tyres, ground: Ground) -> Touch:
+def _press(motion: Motion, centre: Vector, tyres: Tyres, ground: HeightGrid) -> Touch:
     """Return the sum of the springs of a rim, at the mean place of those that are pressed.
 
     Args:
@@ -155,7 +155,7 @@ def strike_tyres(
     body: WheelsBody,
     speeds: NDArray[np.float64],
     grips: NDArray[np.float64],
-    ground: Ground,
+    ground: HeightGrid,
     solids: Solids,
     near: NDArray[np.int64],
     loads: NDArray[np.float64],

@@ -129,13 +129,19 @@ class BrakeShield:
     def _candidates(self, command: Twist, near: NDArray[np.float64]) -> list[Twist]:
         """Return commands to try, the wanted one first."""
         config = self.config
-        found = [Twist(share * command.linear, share * command.angular) for share in config.shares]
-        found.append(Twist(0.0, command.angular))
+        candidates = [
+            Twist(share * command.linear, share * command.angular) for share in config.shares
+        ]
+        candidates.append(Twist(0.0, command.angular))
         if self._recovery_left > 0.0:
             # Back, away from the nearest hit, and to it.
             side = -math.copysign(config.turn_rate, near[np.hypot(*near.T).argmin(), 1])
-            found[:0] = [Twist(-config.reverse_speed, 0.0), Twist(0.0, side), Twist(0.0, -side)]
-        return found
+            candidates[:0] = [
+                Twist(-config.reverse_speed, 0.0),
+                Twist(0.0, side),
+                Twist(0.0, -side),
+            ]
+        return candidates
 
     def _can_stop(
         self,
@@ -171,10 +177,10 @@ def _way(fastest: float, dynamics: PlanarDynamics) -> float:
 @kernel
 def _distances(hits: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the distance of each hit from the footprint [m], shape (k,)."""
-    found = np.empty(len(hits))
+    distances = np.empty(len(hits))
     for k in range(len(hits)):
-        found[k] = outline_distance(hits[k, 0], hits[k, 1], corners)
-    return found
+        distances[k] = outline_distance(hits[k, 0], hits[k, 1], corners)
+    return distances
 
 
 @kernel

@@ -65,13 +65,13 @@ def body_discs(footprint: Corners) -> NDArray[np.float64]:
     x0, x1 = min(x for x, _ in footprint), max(x for x, _ in footprint)
     y0, y1 = min(y for _, y in footprint), max(y for _, y in footprint)
     radius = min((y1 - y0) / 4, (x1 - x0) / 2)
-    found = [
+    discs = [
         (x, y, radius)
         for x in (x0 + radius, (x0 + x1) / 2, x1 - radius)
         for y in (y0 + radius, y1 - radius)
     ]
-    found += [(x, y, 0.0) for x in (x0, x1) for y in (y0, y1)]
-    return np.array(found)
+    discs += [(x, y, 0.0) for x in (x0, x1) for y in (y0, y1)]
+    return np.array(discs)
 
 
 @kernel

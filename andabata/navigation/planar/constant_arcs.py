@@ -206,14 +206,14 @@ class ConstantArcsNavigator:
         config, vehicle = self.config, self._vehicle
         speeds = np.linspace(0.0, config.max_speed, config.speeds).tolist()
         speeds += [-config.reverse] if config.reverse > 0 else []
-        found = []
+        commands = []
         for speed in speeds:
             room = (vehicle.max_wheel_speed - abs(speed)) / vehicle.half_track
             # The fastest turns slow the robot down: some of them stay at every speed.
             most = min(config.max_yaw_rate, max(room, 0.25 * config.max_yaw_rate))
             turns = np.linspace(-most, most, config.yaw_rates)
-            found += [(speed, turn) for turn in turns.tolist()]
-        return np.array(found)
+            commands += [(speed, turn) for turn in turns.tolist()]
+        return np.array(commands)
 
 
 @kernel
@@ -239,7 +239,7 @@ def _costs(
         goal: Goal [m], shape (2,).
         rollout: Numbers of the rollout.
     """
-    found = np.empty(len(commands))
+    costs = np.empty(len(commands))
     begin = np.empty(7)
     begin[:5] = state
     begin[5:] = state[3:]
@@ -264,8 +264,8 @@ def _costs(
                 break
         if cost < _CONTACT:
             cost += _time_left(body, time_to_go, rollout)
-        found[k] = cost
-    return found
+        costs[k] = cost
+    return costs
 
 
 @kernel

@@ -147,9 +147,9 @@ def nearest_by_window(hits: NDArray[np.float64], windows: int, far: float) -> ND
         windows: Number of windows, from straight behind on, counter-clockwise.
         far: Distance of a window without a hit, and the largest [m].
     """
-    found = np.full(windows, np.float32(far))
+    nearest = np.full(windows, np.float32(far))
     for k in range(len(hits)):
         x, y = hits[k]
         window = int((np.arctan2(y, x) + np.pi) / (2.0 * np.pi) * windows) % windows
-        found[window] = min(found[window], np.float32(np.sqrt(x * x + y * y)))
-    return found
+        nearest[window] = min(nearest[window], np.float32(np.sqrt(x * x + y * y)))
+    return nearest

@@ -144,7 +144,7 @@ class DynamicWindowNavigator:
         speeds = _window(v, self._vehicle.acceleration * config.window, 0.0, config.max_speed)
         turn = self._vehicle.yaw_acceleration * config.window
         turns = _window(w, turn, -config.max_yaw_rate, config.max_yaw_rate)
-        found = _best(
+        pair = _best(
             np.linspace(*speeds, config.speeds),
             np.linspace(*turns, config.yaw_rates),
             np.array([x, y]),
@@ -152,9 +152,9 @@ class DynamicWindowNavigator:
             field,
             self._weights,
         )
-        if found[0] < 0.0:
+        if pair[0] < 0.0:
             return Twist(0.0, math.copysign(0.5 * config.max_yaw_rate, math.atan2(y, x)))
-        return Twist(*found)
+        return Twist(*pair)
 
     def _target(self, readings: PlanarReadings) -> tuple[float, float]:
         """Return the goal, or the sub-goal of the map, in the frame of the odometry [m]."""
@@ -191,7 +191,7 @@ def _best(
         field: Distances from the scan's points in the robot's frame.
         weights: Weights and limits.
     """
-    best, found = -np.inf, (-1.0, 0.0)
+    best, pair = -np.inf, (-1.0, 0.0)
     for v in speeds:
         for w in turns:
             way = _way(v, w, discs, field, weights)
@@ -207,8 +207,8 @@ def _best(
             worth += weights.distance * way / weights.look
             worth += weights.speed * v / weights.max_speed
             if worth > best:
-                best, found = worth, (v, w)
-    return found
+                best, pair = worth, (v, w)
+    return pair
 
 
 @kernel

@@ -104,14 +104,14 @@ class FollowGapNavigator:
         apart = np.abs(np.pi - (np.pi - angles[:, None] + bearings) % (2 * np.pi))
         is_free = (apart > widths).all(axis=1)
         edges = np.flatnonzero(np.diff(np.concatenate([[0], is_free.astype(np.int8), [0]])))
-        best, found = -math.inf, None
+        best, bearing = -math.inf, None
         for first, end in edges.reshape(-1, 2).tolist():
             low, high = angles[first], angles[end - 1]
             middle = self._middle(low, high, hits, bearings, distances)
             worth = (high - low) - config.to_goal * abs(min(max(to_goal, low), high) - to_goal)
             if worth > best:
-                best, found = worth, middle
-        return found
+                best, bearing = worth, middle
+        return bearing
 
     def _middle(
         self,
@@ -135,8 +135,8 @@ class FollowGapNavigator:
                 far = self.config.look
                 ends.append(np.array([far * math.cos(angle), far * math.sin(angle)]))
         x, y = (ends[0] + ends[1]).tolist()
-        found = math.atan2(y, x)
-        return found if low <= found <= high else (low + high) / 2
+        bearing = math.atan2(y, x)
+        return bearing if low <= bearing <= high else (low + high) / 2
 
     def _free_way(self, hits: NDArray[np.float64], heading: float) -> float:
         """Return how far a strip as wide as the robot is free along a heading [m]."""

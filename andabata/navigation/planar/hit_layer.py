@@ -200,9 +200,9 @@ class HitLayer:
         scan = _Scan(laser, angles[order], ranges[order].astype(np.float32), max_range)
         self._nearest.fill(np.inf)
         grid = _Grid(self.log_odds, self.places, self._nearest, self.centre, self.config.cell)
-        found = _add_hits(grid, scan, self._gains)
+        hits = _add_hits(grid, scan, self._gains)
         _take_misses(grid, scan, self._gains)
-        return found
+        return hits
 
     def clear(self, position: NDArray[np.float64], radius: float) -> None:
         """Forget hits around a place where nothing can stand, such as under the robot.
@@ -231,7 +231,7 @@ def _add_hits(grid: _Grid, scan: _Scan, gains: _Gains) -> NDArray[np.float64]:
         Places of new obstacles [m], shape (k, 2).
     """
     n, laser, cell = len(grid.log_odds), scan.laser, grid.cell
-    found, count = np.empty((len(scan.ranges), 2)), 0
+    hits, count = np.empty((len(scan.ranges), 2)), 0
     for b in range(len(scan.ranges)):
         far = scan.ranges[b]
         if not 0.0 < far < scan.max_range:
@@ -247,12 +247,12 @@ def _add_hits(grid: _Grid, scan: _Scan, gains: _Gains) -> NDArray[np.float64]:
             before = grid.log_odds[i, j]
             grid.log_odds[i, j] = min(before + gains.hit, gains.max_log_odds)
             if before <= gains.lethal_log_odds < grid.log_odds[i, j]:
-                found[count, 0], found[count, 1] = x, y
+                hits[count, 0], hits[count, 1] = x, y
                 count += 1
         if far < grid.nearest[i, j]:
             grid.nearest[i, j] = far
             grid.places[i, j, 0], grid.places[i, j, 1] = x / cell - p, y / cell - q
-    return found[:count]
+    return hits[:count]
 
 
 @kernel

@@ -130,10 +130,10 @@ class LidarMap:
         if not (np.isfinite(eye).all() and np.isfinite(bearings).all()):
             raise ValueError(f"pose: expected finite poses and bearings, got {robot}, {laser}")
         self.hits.follow(position)
-        found = self.hits.update(eye, bearings, ranges, max_range)
+        new_hits = self.hits.update(eye, bearings, ranges, max_range)
         self.hits.clear(position, self.config.robot_radius - _RIM)
         target = self._planned_for if self._subgoal is None else self._subgoal
-        near = _distances_from_way(found, position, target) < self.config.costs.inscribed_radius
+        near = _distances_from_way(new_hits, position, target) < self.config.costs.inscribed_radius
         self._is_blocked = self._is_blocked or bool(near.any())
         self._scans += 1
 

@@ -141,8 +141,8 @@ class MoverTracks:
         self._tracks = _followed(self._tracks, circles, self._filter)
         tracks, config = self._tracks, self.config
         is_moving = np.hypot(tracks[:, _VX], tracks[:, _VY]) >= config.min_speed
-        found = tracks[is_moving & (tracks[:, _SEEN] >= config.confirmation_scans)]
-        return TrackedMovers(found[:, : _Y + 1], found[:, _VX : _VY + 1], found[:, _RADIUS])
+        moving = tracks[is_moving & (tracks[:, _SEEN] >= config.confirmation_scans)]
+        return TrackedMovers(moving[:, : _Y + 1], moving[:, _VX : _VY + 1], moving[:, _RADIUS])
 
 
 _NEARLY = 1 - 1e-4
@@ -171,7 +171,7 @@ def circles_of(
     first = 0
     while first < count and not _is_cut(first, points, ranges, fit):
         first += 1
-    found = np.empty((count, 3))
+    circles = np.empty((count, 3))
     size, begin = 0, first
     for i in range(first + 1, first + count + 1):
         if i < first + count and not _is_cut(i % count, points, ranges, fit):
@@ -179,10 +179,10 @@ def circles_of(
         if i - begin >= fit.min_hits and 0.0 < ranges[begin % count] < fit.max_range:
             x, y, radius = _circle(begin, i, points, eye, fit)
             if radius > 0.0:
-                found[size] = x, y, radius
+                circles[size] = x, y, radius
                 size += 1
         begin = i
-    return found[:size].copy()
+    return circles[:size].copy()
 
 
 @kernel
@@ -247,7 +247,7 @@ def _followed(
         circles: Circles of the scan, shape (c, 3).
         law: Gains and gates.
     """
-    found = np.zeros((len(tracks) + len(circles), 7))
+    followed = np.zeros((len(tracks) + len(circles), 7))
     is_taken = np.zeros(len(circles), dtype=np.bool_)
     size = 0
     for track in tracks:
@@ -260,7 +260,7 @@ def _followed(
                 nearest, which = away, c
         if which < 0 and track[_MISSED] >= law.coasting_scans:
             continue
-        new = found[size]
+        new = followed[size]
         size += 1
         new[:] = track
         new[_X], new[_Y], new[_MISSED] = x, y, track[_MISSED] + 1.0
@@ -275,7 +275,7 @@ def _followed(
             new[_SEEN], new[_MISSED] = seen + 1.0, 0.0
     for c in range(len(circles)):
         if not is_taken[c]:
-            found[size, _X], found[size, _Y] = circles[c, 0], circles[c, 1]
-            found[size, _RADIUS], found[size, _SEEN] = circles[c, 2], 1.0
+            followed[size, _X], followed[size, _Y] = circles[c, 0], circles[c, 1]
+            followed[size, _RADIUS], followed[size, _SEEN] = circles[c, 2], 1.0
             size += 1
-    return found[:size].copy()
+    return followed[:size].copy()

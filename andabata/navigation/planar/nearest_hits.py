@@ -50,34 +50,27 @@ def empty_hits(cells: int, cell: float, reach: float) -> NearestHits:
     return NearestHits(places, np.zeros(2), np.zeros(4, dtype=np.int64), cell, 1.0 / cell, reach)
 
 
-def find_nearest(hits: HitLayer, found: NearestHits) -> None:
+def find_nearest(hits: HitLayer, nearest: NearestHits) -> None:
     """Write the nearest obstacles of a hit layer into a square of as many cells.
 
     Args:
         hits: Hit layer.
-        found: Result, changed in place.
+        nearest: Result, changed in place.
     """
-    found.corner[:] = (hits.centre - hits.config.cells // 2) * hits.config.cell
-    _seed(hits.log_odds, hits.places, hits.centre, hits.config.lethal_log_odds, found)
-    _sweep(found)
+    nearest.corner[:] = (hits.centre - hits.config.cells // 2) * hits.config.cell
+    _seed(hits.log_odds, hits.places, hits.centre, hits.config.lethal_log_odds, nearest)
+    _sweep(nearest)
 
 
 @kernel
-def distance_to_hit(found: NearestHits, x: float, y: float) -> float:
-    """Return the distance of a place from the hit nearest to its cell [m]."""
-    px, py = nearest_hit(found, x, y)
-    return float(np.sqrt((px - x) ** 2 + (py - y) ** 2))
-
-
-@kernel
-def nearest_hit(found: NearestHits, x: float, y: float) -> tuple[float, float]:
+def nearest_hit(nearest: NearestHits, x: float, y: float) -> tuple[float, float]:
     """Return the hit nearest to the cell of a place [m]; beyond the square there is none."""
-    u, v = (x - found.corner[0]) * found.per_metre, (y - found.corner[1]) * found.per_metre
-    n = len(found.places)
+    u, v = (x - nearest.corner[0]) * nearest.per_metre, (y - nearest.corner[1]) * nearest.per_metre
+    n = len(nearest.places)
     if not (0.0 <= u < n and 0.0 <= v < n):
         return NOWHERE, NOWHERE
     i, j = int(u), int(v)
-    return found.places[i, j, 0], found.places[i, j, 1]
+    return nearest.places[i, j, 0], nearest.places[i, j, 1]
 
 
 @kernel
@@ -86,29 +79,29 @@ def _seed(
     within: NDArray[np.float32],
     centre: NDArray[np.int64],
     lethal: float,
-    found: NearestHits,
+    nearest: NearestHits,
 ) -> None:
     """Write the own hit of each obstacle's cell, nothing into the others, and their box."""
-    n, cell = len(log_odds), found.cell
+    n, cell = len(log_odds), nearest.cell
     low0, low1 = centre[0] - n // 2, centre[1] - n // 2
-    top, left, bottom, right = found.box
-    found.places[top:bottom, left:right] = NOWHERE
+    top, left, bottom, right = nearest.box
+    nearest.places[top:bottom, left:right] = NOWHERE
     top, left, bottom, right = n, n, -1, -1
     for i in range(n):
         row = (low0 + i) & (n - 1)
         for j in range(n):
             column = (low1 + j) & (n - 1)
             if log_odds[row, column] > lethal:
-                found.places[i, j, 0] = (low0 + i + within[row, column, 0]) * cell
-                found.places[i, j, 1] = (low1 + j + within[row, column, 1]) * cell
+                nearest.places[i, j, 0] = (low0 + i + within[row, column, 0]) * cell
+                nearest.places[i, j, 1] = (low1 + j + within[row, column, 1]) * cell
                 top, left = min(top, i), min(left, j)
                 bottom, right = max(bottom, i), max(right, j)
     # Most of the square is often far from all obstacles: it needs no sweep.
-    far = int(found.reach / cell) + 1
-    found.box[0], found.box[1] = max(top - far, 0), max(left - far, 0)
-    found.box[2], found.box[3] = min(bottom + far + 1, n), min(right + far + 1, n)
+    far = int(nearest.reach / cell) + 1
+    nearest.box[0], nearest.box[1] = max(top - far, 0), max(left - far, 0)
+    nearest.box[2], nearest.box[3] = min(bottom + far + 1, n), min(right + far + 1, n)
     if bottom < 0:
-        found.box[:] = 0
+        nearest.box[:] = 0
 
 
 _BEFORE = ((-1, -1), (-1, 0), (-1, 1), (0, -1))
@@ -116,23 +109,23 @@ _BEFORE = ((-1, -1), (-1, 0), (-1, 1), (0, -1))
 
 
 @kernel
-def _sweep(found: NearestHits) -> None:
+def _sweep(nearest: NearestHits) -> None:
     """Spread places to the neighbours that they are nearest to, down the rows and up again.
 
     Each row is gone along, and back for the other neighbour of the same row.
     """
-    places, cell, limit = found.places, found.cell, found.reach**2
-    top, left, bottom, right = found.box
+    places, cell, limit = nearest.places, nearest.cell, nearest.reach**2
+    top, left, bottom, right = nearest.box
     for sweep in range(2):
         step = 1 - 2 * sweep
         for a in range(bottom - top):
             i = top + a if sweep == 0 else bottom - 1 - a
-            u = found.corner[0] + (i + 0.5) * cell
+            u = nearest.corner[0] + (i + 0.5) * cell
             for along in range(2):
                 turn = step * (1 - 2 * along)
                 for b in range(right - left):
                     j = left + b if turn > 0 else right - 1 - b
-                    v = found.corner[1] + (j + 0.5) * cell
+                    v = nearest.corner[1] + (j + 0.5) * cell
                     own = (places[i, j, 0] - u) ** 2 + (places[i, j, 1] - v) ** 2
                     for k in range(3 * along, 4):
                         p, q = i + step * _BEFORE[k][0], j + turn * _BEFORE[k][1]

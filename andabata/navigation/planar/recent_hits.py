@@ -114,13 +114,13 @@ def _behind(
         half_field: Half of the field of view [rad].
     """
     cosine, sine = np.cos(yaw), np.sin(yaw)
-    found = np.empty_like(places)
+    unseen = np.empty_like(places)
     count = 0
     for k in range(len(places)):
         dx, dy = places[k, 0] - x, places[k, 1] - y
         ahead, left = cosine * dx + sine * dy, cosine * dy - sine * dx
         bearing = np.arctan2(left - laser[1], ahead - laser[0]) - middle
         if abs(np.pi - (np.pi - bearing) % (2.0 * np.pi)) > half_field:
-            found[count, 0], found[count, 1] = ahead, left
+            unseen[count, 0], unseen[count, 1] = ahead, left
             count += 1
-    return found[:count].copy()
+    return unseen[:count].copy()

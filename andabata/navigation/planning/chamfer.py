@@ -95,15 +95,15 @@ def _lower_from_row(
 def _lower_from_left(row: NDArray[np.float32], lowered: NDArray[np.float32]) -> None:
     """Write clearances lowered from the cells up to a stride before them, step by step."""
     for j in range(len(row) - 2 * _STRIDE):
-        found = _least(row[j + 1], row[j] + _STRAIGHT)
-        found = _least(row[j + 2], found + _STRAIGHT)
-        lowered[j + _STRIDE] = _least(row[j + 3], found + _STRAIGHT)
+        least = _least(row[j + 1], row[j] + _STRAIGHT)
+        least = _least(row[j + 2], least + _STRAIGHT)
+        lowered[j + _STRIDE] = _least(row[j + 3], least + _STRAIGHT)
 
 
 @kernel
 def _lower_from_right(row: NDArray[np.float32], lowered: NDArray[np.float32]) -> None:
     """Write clearances lowered from the cells up to a stride behind them, step by step."""
     for j in range(len(row) - 2 * _STRIDE):
-        found = _least(row[j + 5], row[j + 6] + _STRAIGHT)
-        found = _least(row[j + 4], found + _STRAIGHT)
-        lowered[j + _STRIDE] = _least(row[j + 3], found + _STRAIGHT)
+        least = _least(row[j + 5], row[j + 6] + _STRAIGHT)
+        least = _least(row[j + 4], least + _STRAIGHT)
+        lowered[j + _STRIDE] = _least(row[j + 3], least + _STRAIGHT)

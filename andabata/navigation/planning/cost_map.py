@@ -169,7 +169,7 @@ class CostMap:
 
 @kernel
 def _unwrap(
-    log_odds: NDArray[np.float32], centre: NDArray[np.int64], found: NDArray[np.float32]
+    log_odds: NDArray[np.float32], centre: NDArray[np.int64], unwrapped: NDArray[np.float32]
 ) -> None:
     """Write log odds in the square's own order, which begins at its corner."""
     n = len(log_odds)
@@ -178,9 +178,9 @@ def _unwrap(
         row = (low0 + i) & (n - 1)
         # Two loops over neighbours in memory are five times as fast as one that wraps around.
         for j in range(n - low1):
-            found[i, j] = log_odds[row, low1 + j]
+            unwrapped[i, j] = log_odds[row, low1 + j]
         for j in range(low1):
-            found[i, n - low1 + j] = log_odds[row, j]
+            unwrapped[i, n - low1 + j] = log_odds[row, j]
 
 
 @kernel

@@ -195,11 +195,11 @@ def _way(
     It ends at the edge of the square, and where it would turn back: costs may be of a moment ago.
     """
     n = len(costs)
-    found = np.empty((most, 2), dtype=np.int64)
+    path = np.empty((most, 2), dtype=np.int64)
     i, j = first
     count = 0
     while count < most and np.isfinite(cost_to_go[i, j]):
-        found[count, 0], found[count, 1] = i, j
+        path[count, 0], path[count, 1] = i, j
         count += 1
         at_edge = not (0 < i < n - 1 and 0 < j < n - 1)
         if (i == last[0] and j == last[1]) or at_edge:
@@ -208,7 +208,7 @@ def _way(
         if not cost_to_go[p, q] < cost_to_go[i, j]:
             break
         i, j = p, q
-    return found[:count]
+    return path[:count]
 
 
 @kernel

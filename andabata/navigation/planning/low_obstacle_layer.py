@@ -209,12 +209,12 @@ def _find_due(
         ages: Age of each cell [s].
         span: Ages of the cells that count [s], from the first on and below the second.
     """
-    found, count = np.empty_like(hit), 0
+    due, count = np.empty_like(hit), 0
     for k in range(len(hit)):
         if span[0] <= ages[hit[k, 0], hit[k, 1]] < span[1]:
-            found[count, 0], found[count, 1] = hit[k, 0], hit[k, 1]
+            due[count, 0], due[count, 1] = hit[k, 0], hit[k, 1]
             count += 1
-    return found[:count]
+    return due[:count]
 
 
 @kernel

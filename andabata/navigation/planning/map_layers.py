@@ -60,8 +60,8 @@ class MapLayers:
         cells = np.floor((places - self.corner) / self.cell).astype(np.int64)
         inside = ((cells >= 0) & (cells < len(elevation))).all(axis=1)
         heights = np.full(len(places), otherwise)
-        found = elevation[cells[inside, 0], cells[inside, 1]]
-        heights[inside] = np.where(np.isnan(found), otherwise, found)
+        known_heights = elevation[cells[inside, 0], cells[inside, 1]]
+        heights[inside] = np.where(np.isnan(known_heights), otherwise, known_heights)
         return heights
 
 
@@ -124,14 +124,14 @@ def shifted(
         into: First cell of the other window, shape (2,).
         n: Number of cells along an edge of the other window.
     """
-    found = np.full((n, n), np.nan, dtype=np.float32)
+    moved = np.full((n, n), np.nan, dtype=np.float32)
     begin = np.maximum(low, into)
     end = np.minimum(low + len(values), into + n)
     if (end > begin).all():
         source = tuple(slice(b - f, e - f) for b, e, f in zip(begin, end, low, strict=True))
         target = tuple(slice(b - f, e - f) for b, e, f in zip(begin, end, into, strict=True))
-        found[target] = values[source]
-    return found
+        moved[target] = values[source]
+    return moved
 
 
 def _elevation(

@@ -133,12 +133,12 @@ class OccupancyGrid:
             reach: Range beyond which obstacles do not count [m].
         """
         config = self.config
-        found = ranges.astype(np.float32)
+        ends = ranges.astype(np.float32)
         _end_ranges(
-            *(found, self.log_odds, self.centre, position, yaw, self._bearings),
+            *(ends, self.log_odds, self.centre, position, yaw, self._bearings),
             *(config.cell, config.lethal_log_odds, reach),
         )
-        return found
+        return ends
 
 
 @kernel

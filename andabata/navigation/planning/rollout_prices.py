@@ -50,7 +50,7 @@ class Candidates(NamedTuple):
     after_turn: NDArray[np.float64]
 
 
-class Motion(NamedTuple):
+class RolloutMotion(NamedTuple):
     """Sampling of an arc.
 
     Attributes:
@@ -137,7 +137,7 @@ class Stops(NamedTuple):
 @kernel
 def price_moves(
     moves: Candidates,
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
@@ -162,19 +162,19 @@ def price_moves(
     arcs, turns = len(moves.rates), len(moves.rates) + len(moves.turns)
     for k in range(len(prices)):
         if k < arcs:
-            found = _price_arc(moves, motion, ground, place, body, moves.rates[k], enough)
+            price = _price_arc(moves, motion, ground, place, body, moves.rates[k], enough)
         elif k < turns:
             turn = moves.turns[k - arcs]
             stop = stops.turn_cost if turn * stops.turning <= 0 else 0.0
-            found = _price_turn(moves, motion, ground, place, body, turn, enough - stop) + stop
+            price = _price_turn(moves, motion, ground, place, body, turn, enough - stop) + stop
         else:
             rate, stop = moves.reverse_rates[k - turns], stops.reverse_cost
-            found = _price_reverse(motion, ground, place, body, rate, enough - stop) + stop
-        prices[k] = found if found < enough else np.inf
+            price = _price_reverse(motion, ground, place, body, rate, enough - stop) + stop
+        prices[k] = price if price < enough else np.inf
         if k == 0:
-            enough = found - stops.override_margin
-        elif found < enough and stops.override_margin > -np.inf:
-            enough = found
+            enough = price - stops.override_margin
+        elif price < enough and stops.override_margin > -np.inf:
+            enough = price
 
 
 class _Arc(NamedTuple):
@@ -193,7 +193,7 @@ class _Arc(NamedTuple):
 
 @kernel
 def _drive(
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
@@ -220,7 +220,7 @@ def _drive(
 @kernel
 def _price_arc(
     moves: Candidates,
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
@@ -237,7 +237,7 @@ def _price_arc(
 @kernel
 def _price_turn(
     moves: Candidates,
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
@@ -255,7 +255,7 @@ def _price_turn(
 
 @kernel
 def _price_reverse(
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
@@ -276,7 +276,7 @@ def _price_reverse(
 @kernel
 def _cheapest_follower(
     followers: NDArray[np.float64],
-    motion: Motion,
+    motion: RolloutMotion,
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,

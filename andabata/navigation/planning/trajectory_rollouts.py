@@ -22,9 +22,9 @@ from andabata.navigation.planning.rollout_prices import (
     STEP,
     BodyCircles,
     Candidates,
-    Motion,
     Place,
     PlannedGround,
+    RolloutMotion,
     Stops,
     price_moves,
 )
@@ -121,7 +121,7 @@ class TrajectoryRollouts:
                 arc_fan(robot, config.rates, arcs - 1, config.arc_time * arcs / (arcs - 1))[0]
             ),
         )
-        self._motion = Motion(round(config.arc_time / STEP), robot.speed * STEP, STEP)
+        self._motion = RolloutMotion(round(config.arc_time / STEP), robot.speed * STEP, STEP)
         self._body = BodyCircles(
             radius=robot.half_radius + config.margin,
             offset=robot.length / 4,

@@ -116,9 +116,9 @@ def count_mismatches(
     """
     topics: dict[str, list[int]] = {}
     for number, connection in enumerate(connections):
-        found = topics.setdefault(connection.topic, [0, 0])
-        found[0] += counts[number]
-        found[1] += stated.get(number, 0)
+        tally = topics.setdefault(connection.topic, [0, 0])
+        tally[0] += counts[number]
+        tally[1] += stated.get(number, 0)
     return [
         f"{topic}: the index counts {indexed} messages, the file holds {held}"
         for topic, (held, indexed) in sorted(topics.items())

@@ -340,11 +340,11 @@ def _chunk_record(content: Buffer, header: ChunkHeader) -> tuple[bytes, ChunkHea
     return _encoded([chunk]), about
 
 
-def _encoded(found: "Iterable[McapRecord]") -> bytes:
+def _encoded(encoded: "Iterable[McapRecord]") -> bytes:
     """Return encoded records."""
     from mcap.data_stream import RecordBuilder
 
     builder = RecordBuilder()
-    for record in found:
+    for record in encoded:
         record.write(builder)
     return builder.end()

@@ -192,16 +192,16 @@ class McapFile:
         inner = []
         offset, end = 0, len(content)
         while offset < end:
-            found = records.record_at(content, offset)
-            inner.append(found)
-            offset = found.end
+            entry = records.record_at(content, offset)
+            inner.append(entry)
+            offset = entry.end
         block = len(self.blocks)
         channels = set()
-        for found in inner:
-            if found.operation == records.MESSAGE:
-                self._add_message(content, found, block)
+        for entry in inner:
+            if entry.operation == records.MESSAGE:
+                self._add_message(content, entry, block)
             else:
-                channels |= self._add_definition(content, found)
+                channels |= self._add_definition(content, entry)
         self.blocks.append(Block(record, header, frozenset(channels)))
 
     def _add_message(self, data: Buffer, record: Record, block: int) -> None:
@@ -226,18 +226,18 @@ class McapFile:
     def _finish(self, finished: bool) -> None:
         """Make connections of the channels and compare the counts with the summary."""
         self._replace_lost_schemas()
-        found = self.table.counts()
+        counts = self.table.counts()
         self.numbers = sorted(self.channels)
         self.connections: list[Connection] = [
             self._connection(self.channels[n]) for n in self.numbers
         ]
-        self.counts = [found.get(number, 0) for number in self.numbers]
-        orphaned = {number: n for number, n in found.items() if number not in self.channels}
+        self.counts = [counts.get(number, 0) for number in self.numbers]
+        orphaned = {number: n for number, n in counts.items() if number not in self.channels}
         for number, n in orphaned.items():
             reason = f"expected the record of channel {number}, got none for its messages"
             self.damage.append(Damage(0, 0, reason, n))
         stated = self._statistics.channel_message_counts if self._statistics else self._indexed
-        missing = sum(max(n - found.get(number, 0), 0) for number, n in stated.items())
+        missing = sum(max(n - counts.get(number, 0), 0) for number, n in stated.items())
         missing += sum(orphaned.values())
         self.lost = missing if self._statistics or not self.damage else missing or None
         self.notes: list[str] = []

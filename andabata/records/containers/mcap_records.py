@@ -164,10 +164,10 @@ def parse(kind: type[Found], data: Buffer, record: Record) -> Found:
 
     stream = ReadDataStream(BytesIO(bytes(data[record.start : record.end])))
     try:
-        found: Found = kind.read(stream)  # type: ignore[attr-defined]
+        parsed: Found = kind.read(stream)  # type: ignore[attr-defined]
     except Exception as error:  # struct's, Unicode's and the package's own errors.
         raise DamagedRecordError(f"expected a {kind.__name__} record, got damage") from error
-    return found
+    return parsed
 
 
 def find_record(data: Buffer, offset: int) -> int | None:

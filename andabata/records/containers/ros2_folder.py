@@ -84,21 +84,23 @@ class Ros2Folder:
             raise BagError(
                 f"{self.path}: expected a ROS 2 recording with .db3 or .mcap files, got none"
             )
-        found: dict[Connection, int] = {}
+        counts: dict[Connection, int] = {}
         self.counts: list[int] = []
         self._indices: list[list[int]] = []
         for path in paths:
             file = self._open_one(path, open_file)
             if file is None:
                 continue
-            indices = [found.setdefault(connection, len(found)) for connection in file.connections]
-            self.counts += [0] * (len(found) - len(self.counts))
+            indices = [
+                counts.setdefault(connection, len(counts)) for connection in file.connections
+            ]
+            self.counts += [0] * (len(counts) - len(self.counts))
             for index, count in zip(indices, file.counts, strict=True):
                 self.counts[index] += count
             self._indices.append(indices)
         if not self.files:
             raise BagError(f"{self.path}: {self.damage[-1].reason}")
-        self.connections = list(found)
+        self.connections = list(counts)
         self._compare(metadata)
 
     def _open_one(self, path: Path, open_file: Callable[[Path], Container]) -> Container | None:

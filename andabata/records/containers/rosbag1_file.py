@@ -255,18 +255,18 @@ class Rosbag1File:
         """Make connections of the records and compare the counts with the index."""
         self.notes: list[str] = []
         self._ignore_index_damage()
-        found = self.table.counts()
+        counts = self.table.counts()
         self.numbers = sorted(self.fields)
         for number in self.numbers:
             self._fill_fields(number)
         self.connections = [_connection(*self.fields[number]) for number in self.numbers]
-        self.counts = [found.get(number, 0) for number in self.numbers]
-        orphaned = {number: n for number, n in found.items() if number not in self.fields}
+        self.counts = [counts.get(number, 0) for number in self.numbers]
+        orphaned = {number: n for number, n in counts.items() if number not in self.fields}
         for number, n in orphaned.items():
             reason = f"expected the record of connection {number}, got none for its messages"
             self.damage.append(Damage(0, 0, reason, n))
         stated = self._stated()
-        missing = sum(max(n - found.get(number, 0), 0) for number, n in stated.items())
+        missing = sum(max(n - counts.get(number, 0), 0) for number, n in stated.items())
         missing += sum(orphaned.values())
         complete = self._index_is_whole()
         self.lost = missing if complete or not self.damage else missing or None

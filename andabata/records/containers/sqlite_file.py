@@ -73,15 +73,15 @@ class SqliteFile:
         self._whole = True
         try:
             query = "SELECT topic_id, count(*) FROM messages GROUP BY topic_id"
-            found = dict(self.database.execute(query).fetchall())
+            counts = dict(self.database.execute(query).fetchall())
             # A full pass over the pages: an index may be whole where a page of data is not.
             (found_whole,) = self.database.execute("PRAGMA quick_check(1)").fetchone()
             if found_whole != "ok":
                 raise sqlite3.DatabaseError(found_whole)
         except sqlite3.DatabaseError as error:
-            found = self._count_whole(str(error))
-        self.counts = [int(found.get(number, 0)) for number in self._ids]
-        orphaned = sum(found.values()) - sum(self.counts)
+            counts = self._count_whole(str(error))
+        self.counts = [int(counts.get(number, 0)) for number in self._ids]
+        orphaned = sum(counts.values()) - sum(self.counts)
         if orphaned:
             reason = "expected a topic of each message, got none for some"
             self.damage.append(Damage(0, 0, reason, orphaned))
@@ -95,13 +95,13 @@ class SqliteFile:
     def _count_whole(self, reason: str) -> dict[int, int]:
         """Return the number of readable messages by topic of a damaged file."""
         self._whole = False
-        found: dict[int, int] = {}
+        counts: dict[int, int] = {}
         self._skipped = 0
         for row in self.rows("topic_id"):
-            found[row[1]] = found.get(row[1], 0) + 1
+            counts[row[1]] = counts.get(row[1], 0) + 1
         self.lost = self._skipped or None
         self.damage.append(Damage(0, 0, f"expected a whole database, got {reason}", self.lost))
-        return found
+        return counts
 
     def rows(self, columns: str) -> Iterator[tuple[Any, ...]]:
         """Yield rowid and columns of the readable messages, in the order of their rowids.
@@ -156,8 +156,8 @@ class SqliteFile:
             for number, stamp, data in self.database.execute(query, tuple(indices)):
                 yield RawMessage(indices[number], int(stamp), bytes(data))
             return
-        found = [row for row in self.rows("topic_id, timestamp") if row[1] in indices]
-        for rowid, number, stamp, _ in sorted(found, key=lambda row: (row[2], row[0])):
+        rows = [row for row in self.rows("topic_id, timestamp") if row[1] in indices]
+        for rowid, number, stamp, _ in sorted(rows, key=lambda row: (row[2], row[0])):
             data = self.database.execute("SELECT data FROM messages WHERE rowid = ?", (rowid,))
             yield RawMessage(indices[number], int(stamp), bytes(data.fetchone()[0]))
 

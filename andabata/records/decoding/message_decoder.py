@@ -196,10 +196,10 @@ def _vector(v: RosMessage, name: str) -> list[float]:
     Raises:
         UnusableMessageError: If one is not a number.
     """
-    found = [float(v.x), float(v.y), float(v.z)]
-    if not np.isfinite(found).all():
+    components = [float(v.x), float(v.y), float(v.z)]
+    if not np.isfinite(components).all():
         raise UnusableMessageError(f"{name} is not a number")
-    return found
+    return components
 
 
 def _is_missing(covariance: NDArray[np.float64]) -> bool:
@@ -228,10 +228,10 @@ def _wheels(message: RosMessage) -> list[float]:
     Raises:
         UnusableMessageError: If one is not a number.
     """
-    found = [float(message.left), float(message.right)]
-    if not np.isfinite(found).all():
+    speeds = [float(message.left), float(message.right)]
+    if not np.isfinite(speeds).all():
         raise UnusableMessageError("a wheel's speed is not a number")
-    return found
+    return speeds
 
 
 _READERS: dict[tuple[Topic, str], Callable[[Any], list[float]]] = {

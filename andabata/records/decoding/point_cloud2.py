@@ -66,8 +66,8 @@ def decode_point_cloud2(
     """
     fields = {str(field.name): field for field in message.fields}
     if not set(COORDINATES) <= set(fields):
-        found = ", ".join(fields) or "none"
-        raise PointCloudError(f"fields: expected x, y and z, got {found}")
+        listed = ", ".join(fields) or "none"
+        raise PointCloudError(f"fields: expected x, y and z, got {listed}")
     names = [*COORDINATES, *(n for n in fields if stamp is not None and time_unit_of(n)[0])]
     layout = _Layout.of(message)
     if not layout.width * layout.height:
@@ -180,7 +180,7 @@ class _Layout:
 
     def _nonsense(self, places: Iterable[RosMessage]) -> float:
         """Return the share of coordinates that no sensor gives, of a sample without zeros."""
-        found = []
+        shares = []
         for field in places:
             (values,) = self.columns(field, 1)
             # Slots without a return are zero in both orders.
@@ -188,8 +188,8 @@ class _Layout:
             values = values[~are_zero(values) if is_float else values != 0]
             values = values[:: max(len(values) // _SAMPLE, 1)]
             kind = values.dtype.newbyteorder("=") if is_float else np.float64
-            found.append(no_lengths(values.astype(kind)))
-        judged = np.concatenate(found) if found else np.zeros(0)
+            shares.append(no_lengths(values.astype(kind)))
+        judged = np.concatenate(shares) if shares else np.zeros(0)
         return float(judged.mean()) if len(judged) else 0.0
 
     def columns(self, field: RosMessage, count: int) -> Iterator[NDArray[Any]]:
@@ -247,11 +247,11 @@ def _row_step(message: RosMessage, size: int) -> tuple[int, tuple[str, ...]]:
 def _unused(name: str, columns: Columns) -> str:
     """Return a field's name in PLY's characters that no other column has."""
     plain = "_".join(name.split()) or "field"
-    number, found = 1, plain
-    while found in columns:
+    number, candidate = 1, plain
+    while candidate in columns:
         number += 1
-        found = f"{plain}_{number}"
-    return found
+        candidate = f"{plain}_{number}"
+    return candidate
 
 
 def as_point_cloud2(message: RosMessage) -> RosMessage:

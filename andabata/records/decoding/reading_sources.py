@@ -13,7 +13,7 @@ from andabata.records import topics
 from andabata.records.decoding.source_choice import ReadingSource
 from andabata.records.decoding.unusable_message import UnusableMessageError
 from andabata.records.remarks import Remarks
-from andabata.records.sources import Difference, Sources
+from andabata.records.sources import SourceDifference, Sources
 from andabata.records.topics import Topic
 
 _NEAR = {topics.IMU: 0.15, topics.MAG: 0.15, topics.ENCODERS: 0.15, topics.FIX: 1.5}
@@ -116,7 +116,9 @@ class ReadingSources:
             raise SourceError(f"{topic.ros1}: {text}")
 
 
-def _difference(topic: Topic, one: Sequence[float], other: Sequence[float]) -> Difference | None:
+def _difference(
+    topic: Topic, one: Sequence[float], other: Sequence[float]
+) -> SourceDifference | None:
     """Return the difference of two readings of a topic; None for wheels of which one stands still.
 
     Zeros between the speeds of a robot that drives are left out by ``wheel_zeros``.
@@ -130,30 +132,30 @@ def _difference(topic: Topic, one: Sequence[float], other: Sequence[float]) -> D
     if topic is topics.MAG:
         return _angle(one[1:4], other[1:4])
     rate = float(np.linalg.norm(np.subtract(one[1:4], other[1:4])))
-    turn = Difference(rate / _MAX_RATE, f"{rate:.2f} rad/s")
+    turn = SourceDifference(rate / _MAX_RATE, f"{rate:.2f} rad/s")
     return max(turn, _angle(one[4:7], other[4:7]), key=lambda each: each.share)
 
 
-def _speed_difference(one: Sequence[float], other: Sequence[float]) -> Difference:
+def _speed_difference(one: Sequence[float], other: Sequence[float]) -> SourceDifference:
     """Return the larger difference of two sides' wheel speeds."""
     size = float(np.abs(np.subtract(one, other)).max())
-    return Difference(size / _MAX_WHEEL_SPEED, f"{size:.2f} rad/s")
+    return SourceDifference(size / _MAX_WHEEL_SPEED, f"{size:.2f} rad/s")
 
 
-def _angle(one: Sequence[float], other: Sequence[float]) -> Difference:
+def _angle(one: Sequence[float], other: Sequence[float]) -> SourceDifference:
     """Return the angle between two vectors; one without a direction agrees with any."""
     size = float(np.linalg.norm(one) * np.linalg.norm(other))
     if not size > 0:
-        return Difference(0.0, "0 degrees")
+        return SourceDifference(0.0, "0 degrees")
     angle = float(np.arccos(np.clip(np.dot(one, other) / size, -1, 1)))
-    return Difference(angle / _MAX_ANGLE, f"{np.rad2deg(angle):.0f} degrees")
+    return SourceDifference(angle / _MAX_ANGLE, f"{np.rad2deg(angle):.0f} degrees")
 
 
-def _distance(one: Sequence[float], other: Sequence[float]) -> Difference:
+def _distance(one: Sequence[float], other: Sequence[float]) -> SourceDifference:
     """Return the distance of two fixes; one without a place agrees with any."""
     if not np.isfinite([*one[1:3], *other[1:3]]).all() or np.inf in (one[4], other[4]):
-        return Difference(0.0, "0 m")
+        return SourceDifference(0.0, "0 m")
     north = (other[1] - one[1]) * _METRES_PER_DEGREE
     east = (other[2] - one[2]) * _METRES_PER_DEGREE * np.cos(np.deg2rad(one[1]))
     metres = float(np.hypot(north, east))
-    return Difference(metres / _MAX_DISTANCE, f"{metres:.1f} m")
+    return SourceDifference(metres / _MAX_DISTANCE, f"{metres:.1f} m")

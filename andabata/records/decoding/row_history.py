@@ -62,5 +62,5 @@ class RowHistory:
         rows = self._rows.get(topic)
         if not rows:
             return None
-        found = np.array(rows, dtype=np.float64)
-        return found[np.argsort(found[:, 0], kind="stable")]
+        sorted_rows = np.array(rows, dtype=np.float64)
+        return sorted_rows[np.argsort(sorted_rows[:, 0], kind="stable")]

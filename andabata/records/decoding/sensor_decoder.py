@@ -245,7 +245,7 @@ class SensorDecoder:
         """Return the readings of the period that ends at ``stamp`` [s], and begin the next."""
         self._retry()
         rows = {topic: self._in_order(topic) for topic in self._rows}
-        found = SensorReadings(
+        period_readings = SensorReadings(
             stamp=stamp,
             sweeps=self._matched_sweeps(),
             frames=tuple(self._frames),
@@ -255,18 +255,18 @@ class SensorDecoder:
             gnss=rows[topics.FIX],
             antenna=self.extrinsics.antenna,
         )
-        self._compare(found)
+        self._compare(period_readings)
         self._clear()
-        return found
+        return period_readings
 
-    def _compare(self, found: SensorReadings) -> None:
+    def _compare(self, readings: SensorReadings) -> None:
         """Compare wheels, gyro and fixes of a period with each other."""
-        checks, wheels, speeds = self.extrinsics.checks, found.encoders, None
-        checks.compare(found.imu, wheels)
+        checks, wheels, speeds = self.extrinsics.checks, readings.encoders, None
+        checks.compare(readings.imu, wheels)
         if wheels is not None:
             speed = wheels[:, 1:3].mean(axis=1) * self.decoder.robot.wheel_radius
             speeds = np.column_stack([wheels[:, 0], speed])
-        checks.driving.add(found.imu, speeds, found.mag, found.gnss)
+        checks.driving.add(readings.imu, speeds, readings.mag, readings.gnss)
 
     def verify_sources(self) -> None:
         """Check that no two sources of one topic contradict each other.

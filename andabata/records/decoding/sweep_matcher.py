@@ -38,18 +38,18 @@ class SweepMatcher:
         of sweeps in order.
         """
         newest = max((stamp for stamp, _ in self._scans), default=0)
-        found: list[Pair] = []
+        complete: list[Pair] = []
         while self._scans:
             stamp, scan = self._scans[0]
             head = self._heads.pop(stamp, None)
             if head is not None:
-                found.append((scan, head))
+                complete.append((scan, head))
             elif newest - stamp < _TIMEOUT:
                 break
             self._scans.popleft()
         for stamp in [s for s in self._heads if newest - s > _TIMEOUT]:
             del self._heads[stamp]
-        return found
+        return complete
 
 
 def valid_ranges(scan: RosMessage) -> NDArray[np.float32]:

@@ -47,8 +47,8 @@ def wheel_sides(names: tuple[str, ...]) -> Sides | None:
         return None
     sides = [tuple(k for k in chosen if _side(tokens[k]) == side) for side in (0, 1)]
     if not all(sides):
-        found = ", ".join(names[k] for k in chosen)
-        raise UnusableMessageError(f"name: expected left and right wheels, got {found}")
+        listed = ", ".join(names[k] for k in chosen)
+        raise UnusableMessageError(f"name: expected left and right wheels, got {listed}")
     return sides[0], sides[1]
 
 
@@ -61,8 +61,8 @@ def _tokens(name: str) -> list[str]:
 
 def _side(tokens: list[str]) -> int | None:
     """Return 0 for left, 1 for right, None where the name implies none or both."""
-    found = set(tokens)
-    if ("left" in found) != ("right" in found):
-        return int("right" in found)
-    left, right = bool(_LEFT & found), bool(_RIGHT & found)
+    words = set(tokens)
+    if ("left" in words) != ("right" in words):
+        return int("right" in words)
+    left, right = bool(_LEFT & words), bool(_RIGHT & words)
     return int(right) if left != right else None

@@ -26,14 +26,14 @@ def zeros_between(rows: NDArray[np.float64], moving: float = _MOVING) -> NDArray
     """
     speeds = np.abs(rows[:, 1:3]).max(axis=1)
     is_zero, drives = (rows[:, 1:3] == 0).all(axis=1), np.flatnonzero(speeds > moving)
-    found = np.zeros(len(rows), dtype=np.bool_)
+    is_foreign = np.zeros(len(rows), dtype=np.bool_)
     if len(drives) < 2 or not is_zero.any():
-        return found
+        return is_foreign
     after = np.searchsorted(drives, np.flatnonzero(is_zero))
     for k, place in zip(np.flatnonzero(is_zero), after, strict=True):
         if 0 < place < len(drives):
-            found[k] = _alike(rows[drives[place - 1]], rows[drives[place]])
-    return found
+            is_foreign[k] = _alike(rows[drives[place - 1]], rows[drives[place]])
+    return is_foreign
 
 
 def _alike(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:

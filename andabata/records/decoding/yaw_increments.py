@@ -118,16 +118,16 @@ def common_runs(sensors: list[Rows], begin: float, end: float) -> list[Interval]
 
 def _intersection(runs: list[Interval], others: list[Interval]) -> list[Interval]:
     """Return the intersection of two lists of intervals, each in order of time."""
-    found, i, j = [], 0, 0
+    common, i, j = [], 0, 0
     while i < len(runs) and j < len(others):
         begin, end = max(runs[i][0], others[j][0]), min(runs[i][1], others[j][1])
         if begin < end:
-            found.append((begin, end))
+            common.append((begin, end))
         if runs[i][1] < others[j][1]:
             i += 1
         else:
             j += 1
-    return found
+    return common
 
 
 def up_direction(imu: Rows) -> Rows:

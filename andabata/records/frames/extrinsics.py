@@ -126,12 +126,12 @@ class Extrinsics:
         Raises:
             FrameError: If the frame's pose is unknown.
         """
-        pose, found = self.pose_of(sensor, frame), list(numbers)
+        pose, row = self.pose_of(sensor, frame), list(numbers)
         if sensor != "gnss" and pose.transform.rotation.magnitude() != 0.0:
-            for k in range(0, len(found) - 2, 3):
-                found[k : k + 3] = pose.transform.rotation.apply(found[k : k + 3]).tolist()
-        self.checks.add(sensor, found)
-        return found
+            for k in range(0, len(row) - 2, 3):
+                row[k : k + 3] = pose.transform.rotation.apply(row[k : k + 3]).tolist()
+        self.checks.add(sensor, row)
+        return row
 
     @property
     def antenna(self) -> NDArray[np.float64] | None:
@@ -222,12 +222,12 @@ class Extrinsics:
     @property
     def remarks(self) -> list[str]:
         """Remarks on the mountings, a line each."""
-        found = list(self._refusals)
-        found += [f"/tf: {text}" for text in self.tree.remarks]
+        lines = list(self._refusals)
+        lines += [f"/tf: {text}" for text in self.tree.remarks]
         for sensor, pose in self._used.items():
-            found += assumption_remarks(sensor, pose, self.tree)
-            found += contradiction_remarks(sensor, pose, self.tree)
-        return found + self.checks.remarks
+            lines += assumption_remarks(sensor, pose, self.tree)
+            lines += contradiction_remarks(sensor, pose, self.tree)
+        return lines + self.checks.remarks
 
     @property
     def failures(self) -> list[str]:

@@ -69,13 +69,13 @@ class GroundCheck:
     @property
     def remarks(self) -> list[str]:
         """Remarks on the laser's height and tilt, a line each."""
-        found = self._height_remarks
+        lines = self._height_remarks
         if self._tilts and _median(self._tilts) > _MAX_TILT:
-            found.append(
+            lines.append(
                 f"laser: the ground leans {np.rad2deg(_median(self._tilts)):.0f} degrees against "
                 "the robot; is the laser mounted level? (--mounting laser=X,Y,Z,ROLL,PITCH,YAW)"
             )
-        return found
+        return lines
 
     @property
     def _height_remarks(self) -> list[str]:

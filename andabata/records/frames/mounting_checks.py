@@ -142,8 +142,8 @@ class MountingChecks:
     @property
     def failures(self) -> list[str]:
         """Contradictions between wheels, gyro and fixes, a line each."""
-        found = [*self._turn_failures(), *self._earlier, *self.driving.remarks]
-        return list(dict.fromkeys(found))
+        lines = [*self._turn_failures(), *self._earlier, *self.driving.remarks]
+        return list(dict.fromkeys(lines))
 
     def _gravity_remarks(self) -> list[str]:
         """Return remarks on the direction of gravity."""

@@ -19,7 +19,7 @@ from andabata.records.frames.transform import (
     mounting_numbers,
     pose_difference,
 )
-from andabata.records.sources import MOST_NAMED, Difference, Sources
+from andabata.records.sources import MOST_NAMED, SourceDifference, Sources
 
 _AGREEMENT = f"{100 * MAX_SHIFT:.0f} cm and {np.rad2deg(MAX_TURN):.0f} degrees"
 """Bounds of poses that agree, in words."""
@@ -104,7 +104,7 @@ class FrameSources:
     @property
     def remarks(self) -> list[str]:
         """Remarks on updates, on frames with several sources and on ignored ones, a line each."""
-        found = list(self._updates)
+        lines = list(self._updates)
         shared: dict[str, list[str]] = {}
         for child, poses in self._poses.items():
             names = " and ".join(sorted(poses.sources.counts))
@@ -114,10 +114,10 @@ class FrameSources:
             elif poses.sources.is_shared:
                 text = f"come from {names}, which agree within {_AGREEMENT}"
                 shared.setdefault(text, []).append(child)
-        found += [f"frames that {text}: {_listed(names)}" for text, names in shared.items()]
+        lines += [f"frames that {text}: {_listed(names)}" for text, names in shared.items()]
         if self._selves:
-            found.append(f"transforms of a frame to itself are ignored: {_listed(self._selves)}")
-        return found
+            lines.append(f"transforms of a frame to itself are ignored: {_listed(self._selves)}")
+        return lines
 
 
 def returning_text(parent: str, one: Sequence[float], other: Sequence[float]) -> str:
@@ -132,11 +132,11 @@ def returning_text(parent: str, one: Sequence[float], other: Sequence[float]) ->
     return f"expected one pose on {parent}, got two in turn: {values}; stop one of two publishers"
 
 
-def _difference(one: Sequence[float], other: Sequence[float]) -> Difference:
+def _difference(one: Sequence[float], other: Sequence[float]) -> SourceDifference:
     """Return the difference of two poses."""
     shift, turn = pose_difference(one, other)
     text = f"{shift:.2f} m and {np.rad2deg(turn):.0f} degrees"
-    return Difference(max(shift / MAX_SHIFT, turn / MAX_TURN), text)
+    return SourceDifference(max(shift / MAX_SHIFT, turn / MAX_TURN), text)
 
 
 def _contradict(one: Sequence[float], other: Sequence[float]) -> bool:

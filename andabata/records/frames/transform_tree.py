@@ -179,17 +179,17 @@ class TransformTree:
             FrameError: If the path to the root is faulty.
         """
         path = self._path_to_root(name)
-        found: list[tuple[int, int, str]] = []
+        candidates: list[tuple[int, int, str]] = []
         for other in self.names:
             way = self._valid_path_to_root(other) if is_base(other) else None
             if way is not None and way[-1] == path[-1]:
                 foreign = bool(namespace_of(name)) and namespace_of(other) != namespace_of(name)
-                found.append((foreign, len(set(path) ^ set(way)), other))
-        if not found:
+                candidates.append((foreign, len(set(path) ^ set(way)), other))
+        if not candidates:
             return None
-        _, _, nearest = min(found)
+        _, _, nearest = min(candidates)
         preferred = "/".join(part for part in (namespace_of(nearest), BASES[0]) if part)
-        return preferred if preferred in {other for _, _, other in found} else nearest
+        return preferred if preferred in {other for _, _, other in candidates} else nearest
 
     def _valid_path_to_root(self, name: str) -> list[str] | None:
         """Return the path of a frame to the root, None where it is faulty."""
@@ -270,12 +270,12 @@ class TransformTree:
 
     def _chain(self, children: list[str], stamps: NDArray[np.float64] | None) -> Transform:
         """Return the transform from the first child to the parent of the last."""
-        found = Transform.identity()
+        transform = Transform.identity()
         for child in children:
             history = self._histories[child]
             step = history.latest() if stamps is None or not history.moves else history.at(stamps)
-            found = step @ found
-        return found
+            transform = step @ transform
+        return transform
 
 
 _TF_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage", "tf2_msgs/TFMessage", "tf/tfMessage")

@@ -185,9 +185,9 @@ def named_parts(rooms: str | Sequence[str] | None, lidar: str | None) -> dict[st
     Raises:
         ValueError: If the label is no laser's.
     """
-    found: dict[str, Any] = {}
+    parts: dict[str, Any] = {}
     if rooms is not None:
-        found["rooms"] = (rooms,) if isinstance(rooms, str) else tuple(rooms)
+        parts["rooms"] = (rooms,) if isinstance(rooms, str) else tuple(rooms)
     if lidar is not None:
-        found["lidar"] = PlanarLidarConfig.parse(lidar)
-    return found
+        parts["lidar"] = PlanarLidarConfig.parse(lidar)
+    return parts

@@ -224,22 +224,22 @@ class RoomVectorEnv(PlanarVectorEnv):
         """Renew the observations of some robots."""
         batch, config = self._in_rooms, self.config
         numbers = np.flatnonzero(chosen)
-        found = batch.reciprocals[numbers]
+        beams = batch.reciprocals[numbers]
         if config.noise > 0:
-            found = np.stack(
-                [self._noisy(int(k), row) for k, row in zip(numbers, found, strict=True)]
+            beams = np.stack(
+                [self._noisy(int(k), row) for k, row in zip(numbers, beams, strict=True)]
             )
         self._targets[numbers] = self._goals[numbers]
-        for row, k in zip(found, numbers.tolist(), strict=True) if self._maps else ():
+        for row, k in zip(beams, numbers.tolist(), strict=True) if self._maps else ():
             self._targets[k] = self._subgoal(k, row)
-        for row, k in zip(found, numbers.tolist(), strict=True) if self._shields else ():
+        for row, k in zip(beams, numbers.tolist(), strict=True) if self._shields else ():
             self._shields[k].update(LaserPose(*batch.poses[k].tolist()), 1.0 / row)
         earlier = None
         if self._history is not None:
-            self._history.update(numbers, found, batch.poses, batch.movers)
+            self._history.update(numbers, beams, batch.poses, batch.movers)
             earlier = self._history.earlier.of(numbers)
         self._states[numbers] = self._renderer.observe(
-            found,
+            beams,
             batch.mounted[numbers],
             batch.motions[numbers],
             self._targets[numbers],

@@ -194,7 +194,7 @@ def cast(
     movers: Movers,
     lasers: Lasers,
     mounted: NDArray[np.int64],
-    found: NDArray[np.float32],
+    reciprocals: NDArray[np.float32],
 ) -> None:
     """Write the reciprocal distances of the chosen robots' beams.
 
@@ -206,8 +206,8 @@ def cast(
         movers: Moving obstacles.
         lasers: Lasers.
         mounted: Index of each robot's laser, shape (n,).
-        found: Reciprocals of the distances from the laser [1/m], float32, shape (n, b); that of the
-            maximum range where nothing returns.
+        reciprocals: Reciprocals of the distances from the laser [1/m], float32, shape (n, b); that
+            of the maximum range where nothing returns.
     """
     for k in range(len(chosen)):
         if not chosen[k]:
@@ -225,7 +225,7 @@ def cast(
             lasers.counts[laser],
             lasers.max_ranges[laser],
         )
-        row, directions = found[k], lasers.directions[laser]
+        row, directions = reciprocals[k], lasers.directions[laser]
         row[:] = np.float32(1.0 / view.max_range)
         for b in range(rooms.box_counts[room]):
             _box(row, directions, view, rooms.boxes[room, b])

@@ -319,8 +319,8 @@ def _bin(
 @kernel
 def _traced(links: NDArray[np.int64], node: int) -> NDArray[np.int64]:
     """Return the moves that lead to a node, shape (t,)."""
-    found = np.empty(links[node, 2], dtype=np.int64)
-    for k in range(len(found) - 1, -1, -1):
-        found[k] = links[node, 1]
+    moves = np.empty(links[node, 2], dtype=np.int64)
+    for k in range(len(moves) - 1, -1, -1):
+        moves[k] = links[node, 1]
         node = links[node, 0]
-    return found
+    return moves

@@ -89,10 +89,10 @@ class LidarRandomization(BaseModel):
             rng: Source of randomness.
             count: Number of lasers.
         """
-        found = []
+        lasers = []
         for _ in range(count):
             fov, beams = rng.uniform(*self.fov_deg), np.exp(rng.uniform(*np.log(self.beams)))
-            found.append(
+            lasers.append(
                 PlanarLidarConfig(
                     fov_deg=fov,
                     resolution_deg=min(fov / max(round(beams) - 1, 1), 360.0),
@@ -100,7 +100,7 @@ class LidarRandomization(BaseModel):
                     x=rng.uniform(*self.x),
                 )
             )
-        return found
+        return lasers
 
 
 class RoomRenderer:
@@ -195,24 +195,24 @@ class RoomRenderer:
             poses: NDArray[np.float64], places: NDArray[np.float64], radii: NDArray[np.float64]
         ) -> NDArray[np.float32]:
             """Return the reciprocals of the beams from poses, among movers."""
-            found = np.zeros((count, self._lasers.directions.shape[2]), dtype=np.float32)
+            beams = np.zeros((count, self._lasers.directions.shape[2]), dtype=np.float32)
             chosen = np.ones(count, dtype=np.bool_)
             movers = Movers(places.copy(), np.zeros_like(places), radii.copy())
             motions = np.concatenate([poses, np.zeros((count, 2))], axis=1)
-            cast(motions, chosen, rooms, self._rooms, movers, self._lasers, mounted, found)
-            return noisy(found, self._lasers, mounted, sigma, rng) if sigma.any() else found
+            cast(motions, chosen, rooms, self._rooms, movers, self._lasers, mounted, beams)
+            return noisy(beams, self._lasers, mounted, sigma, rng) if sigma.any() else beams
 
-        found, earlier = scanned(poses, around[..., :2], around[..., 4]), None
+        beams, earlier = scanned(poses, around[..., :2], around[..., 4]), None
         if self.terms.earlier_scan:
             then = rows[:, end : end + _EARLIER].copy()
             around = rows[:, end + _EARLIER :].reshape(count, self.movers, _EARLIER)
             places, radii = around[..., :2], around[..., 2]
             earlier = EarlierScans(scanned(then, places, radii), then, places, radii)
-        return self.observe(found, mounted, rows[:, 1:6], targets, earlier)
+        return self.observe(beams, mounted, rows[:, 1:6], targets, earlier)
 
     def observe(
         self,
-        found: NDArray[np.float32],
+        beams: NDArray[np.float32],
         mounted: NDArray[np.int64],
         motions: NDArray[np.float64],
         targets: NDArray[np.float64],
@@ -221,7 +221,7 @@ class RoomRenderer:
         """Return observations of beams that were cast, float32, shape (n, n_observations).
 
         Args:
-            found: Reciprocals as ``cast`` writes them, shape (n, b).
+            beams: Reciprocals as ``cast`` writes them, shape (n, b).
             mounted: Index of each robot's laser, the task's own first, shape (n,).
             motions: Motion of each robot, shape (n, 5).
             targets: Goal, or sub-goal, of each robot [m], shape (n, 2).
@@ -232,9 +232,9 @@ class RoomRenderer:
         goals = encoded_goals(poses, as_kept(targets), terms.goal_encoding)
         first = 3 * terms.points
         head = first + terms.windows * (1 if earlier is None else 2)
-        rows = np.empty((len(found), head + goals.shape[1] + 2), dtype=np.float32)
-        chosen = np.ones(len(found), dtype=np.bool_)
-        take_points(found, chosen, self._lasers, mounted, terms.points, self._windows, rows)
+        rows = np.empty((len(beams), head + goals.shape[1] + 2), dtype=np.float32)
+        chosen = np.ones(len(beams), dtype=np.bool_)
+        take_points(beams, chosen, self._lasers, mounted, terms.points, self._windows, rows)
         if earlier is not None:
             seen, then = rows[:, head - terms.windows : head], as_kept(earlier.poses)
             scans = earlier.reciprocals, then, poses
@@ -251,12 +251,12 @@ def _present(
     columns: Sequence[NDArray[np.float64]], radii: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return columns of movers side by side, 0 for those that are not there, shape (n, k m)."""
-    found = np.concatenate(columns, axis=2) * (radii[..., None] > 0.0)
-    return found.reshape(len(radii), -1)
+    columns_present = np.concatenate(columns, axis=2) * (radii[..., None] > 0.0)
+    return columns_present.reshape(len(radii), -1)
 
 
 def noisy(
-    found: NDArray[np.float32],
+    beams: NDArray[np.float32],
     lasers: Lasers,
     mounted: NDArray[np.int64],
     sigma: NDArray[np.float64],
@@ -265,7 +265,7 @@ def noisy(
     """Return beams with noise on the ranges of those that returned.
 
     Args:
-        found: Reciprocals as ``cast`` writes them, shape (n, b).
+        beams: Reciprocals as ``cast`` writes them, shape (n, b).
         lasers: Lasers.
         mounted: Index of each robot's laser, shape (n,).
         sigma: Standard deviation of the ranges of each robot [m], shape (n,).
@@ -273,6 +273,6 @@ def noisy(
     """
     silent = np.float32(1.0) / lasers.max_ranges[mounted].astype(np.float32)[:, None]
     with np.errstate(divide="ignore"):
-        ranges = 1.0 / found + sigma[:, None] * rng.standard_normal(found.shape, dtype=np.float32)
+        ranges = 1.0 / beams + sigma[:, None] * rng.standard_normal(beams.shape, dtype=np.float32)
     reciprocals = np.float32(1.0) / np.maximum(ranges, MIN_RANGE).astype(np.float32)
-    return np.where(found > silent, np.maximum(reciprocals, silent), found)
+    return np.where(beams > silent, np.maximum(reciprocals, silent), beams)

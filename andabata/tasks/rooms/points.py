@@ -75,7 +75,7 @@ def window_of(bearing: float, size: int, fov: float, edge: float) -> int:
 
 @kernel
 def take_points(
-    found: NDArray[np.float32],
+    reciprocals: NDArray[np.float32],
     chosen: NDArray[np.bool_],
     lasers: Lasers,
     mounted: NDArray[np.int64],
@@ -92,7 +92,7 @@ def take_points(
     Without room for any point a row is the windows alone, and all beams count.
 
     Args:
-        found: Reciprocals as ``cast`` writes them, shape (n, b).
+        reciprocals: Reciprocals as ``cast`` writes them, shape (n, b).
         chosen: True for robots to write, shape (n,).
         lasers: Lasers.
         mounted: Index of each robot's laser, shape (n,).
@@ -109,7 +109,7 @@ def take_points(
         count, directions = lasers.counts[laser], lasers.directions[laser]
         ahead, left = lasers.offsets[laser]
         nearest[:] = np.float32(1.0 / lasers.max_ranges[laser])
-        beams = found[k]
+        beams = reciprocals[k]
         room = capacity if capacity > 0 else count
         pool = (count + room - 1) // room
         used = (count + pool - 1) // pool
@@ -141,7 +141,7 @@ def take_points(
 
 @kernel
 def take_earlier_windows(
-    found: NDArray[np.float32],
+    reciprocals: NDArray[np.float32],
     then: NDArray[np.float64],
     now: NDArray[np.float64],
     lasers: Lasers,
@@ -156,7 +156,7 @@ def take_earlier_windows(
     present windows, but for what one of both poses does not see; what moves differs.
 
     Args:
-        found: Reciprocals of the earlier scan as ``cast`` writes them, shape (n, b).
+        reciprocals: Reciprocals of the earlier scan as ``cast`` writes them, shape (n, b).
         then: x, y [m] and yaw [rad] of each robot at that scan, shape (n, 3).
         now: Poses at present, shape (n, 3).
         lasers: Lasers.
@@ -165,8 +165,8 @@ def take_earlier_windows(
         rows: Largest reciprocal distance of each window, float32, changed in place, shape
             (n, windows); that of the maximum range in an empty one [1/m].
     """
-    for k in range(len(found)):
-        laser, row, beams = mounted[k], rows[k], found[k]
+    for k in range(len(reciprocals)):
+        laser, row, beams = mounted[k], rows[k], reciprocals[k]
         directions = lasers.directions[laser]
         ahead, left = lasers.offsets[laser]
         silent = np.float32(1.0 / lasers.max_ranges[laser])

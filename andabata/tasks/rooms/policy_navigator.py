@@ -112,9 +112,9 @@ class RoomPolicyNavigator:
         far = self._task.lidar.max_range
         # What returned nothing, or was not measured, counts as the largest range, as in training.
         ranges = np.nan_to_num(readings.ranges / length, nan=far, posinf=far)
-        found = (1.0 / np.clip(ranges, MIN_RANGE, far)).astype(np.float32)
+        reciprocals = (1.0 / np.clip(ranges, MIN_RANGE, far)).astype(np.float32)
         mounted = np.zeros(1, dtype=np.int64)
-        (state,) = self._renderer.observe(found[None], mounted, motion, target[None] / length)
+        (state,) = self._renderer.observe(reciprocals[None], mounted, motion, target[None] / length)
         shares = driven(self.policy, state, self._rng)
         linear, angular = self._task.actions.scaled(shares).tolist()
         return self._vehicle.limited(Twist(linear * length * rate, angular * rate))

@@ -58,9 +58,9 @@ class ScanHistory:
         seen = EarlierScans(reciprocals, poses[numbers], *around)
         kept: Sequence[NDArray[Any]] = self.earlier
         rings: Sequence[NDArray[Any]] = self._rings
-        for ring, values, found in zip(rings, seen, kept, strict=True):
+        for ring, values, earlier in zip(rings, seen, kept, strict=True):
             ring[numbers, now] = values
-            found[numbers] = ring[numbers, then]
+            earlier[numbers] = ring[numbers, then]
 
 
 def _empty(lead: tuple[int, ...], beams: int, movers: int) -> EarlierScans:

@@ -64,18 +64,18 @@ def room_observations(terms: RoomTerms, max_range: float, max_speed: float) -> O
     if terms.as_ranges:
         windows = ("ranges", max(max_range, MIN_RANGE), "m")
     name, high, unit = windows
-    found = [_term(name, (terms.windows,), 0.0, high, unit)]
+    terms_of_task = [_term(name, (terms.windows,), 0.0, high, unit)]
     if terms.points:
-        found.insert(0, _term("mask", (count,), 0.0, 1.0, "1"))
-        found.insert(0, _term("points", (count, 2), -near, near, "1/m"))
+        terms_of_task.insert(0, _term("mask", (count,), 0.0, 1.0, "1"))
+        terms_of_task.insert(0, _term("points", (count, 2), -near, near, "1/m"))
     if terms.earlier_scan:
-        found.append(_term(f"earlier_{name}", (terms.windows,), 0.0, high, unit))
+        terms_of_task.append(_term(f"earlier_{name}", (terms.windows,), 0.0, high, unit))
     if terms.goal_encoding == "polar":
-        found.append(_term("goal", (2,), -np.pi, _FAR, "m, rad"))
+        terms_of_task.append(_term("goal", (2,), -np.pi, _FAR, "m, rad"))
     else:
-        found.append(_term("goal", (3,), -1.0, _FAR / GOAL_DISTANCE, "5 m, 1, 1"))
-    found.append(_term("velocity", (2,), -max_speed, max_speed, "m/s, rad/s"))
-    return ObservationSpec(terms=tuple(found))
+        terms_of_task.append(_term("goal", (3,), -1.0, _FAR / GOAL_DISTANCE, "5 m, 1, 1"))
+    terms_of_task.append(_term("velocity", (2,), -max_speed, max_speed, "m/s, rad/s"))
+    return ObservationSpec(terms=tuple(terms_of_task))
 
 
 def _term(name: str, shape: tuple[int, ...], low: float, high: float, unit: str) -> ObservationTerm:

@@ -7,6 +7,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.bench import chromium
+from tests.support.canvases import canvas_colours
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::ResourceWarning"),
@@ -89,7 +90,7 @@ def test_the_page_plays_in_a_browser_without_a_server(page_file):
         drawn = set()
         end = time.monotonic() + PATIENCE
         while len(drawn) < 2 and time.monotonic() < end:
-            if chromium.canvas_colours(page) > 20:
+            if canvas_colours(page) > 20:
                 drawn.add(page.screenshot())
     assert len(drawn) == 2
     assert errors == []

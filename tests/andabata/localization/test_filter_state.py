@@ -12,8 +12,11 @@ def test_named_states_are_the_table_of_the_module():
         state.SPEED,
         state.LATERAL_SPEED,
         *range(state.STATES)[state.HARD_IRON],
+        state.COMPASS_ERROR,
         *range(state.STATES)[state.GNSS_ERROR],
         *range(state.STATES)[state.ACCEL_BIAS],
+        state.WHEEL_SCALE,
+        state.SLOPE_SLIP,
     ]
     assert covered == list(range(state.STATES))
-    assert state.ANGULAR.tolist() == [True] * 3 + [False] * 15
+    assert state.ANGULAR.tolist() == [True] * 3 + [False] * 17

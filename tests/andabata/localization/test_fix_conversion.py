@@ -25,14 +25,14 @@ def test_fixes_become_positions_in_the_map():
     assert rejected == 0
 
 
-def test_the_correlated_part_is_taken_from_the_horizontal_variance():
-    """White noise remains: the correlated error is a state; the altitude keeps its ratio."""
+def test_sigmas_are_the_stated_ones_and_heights_are_no_better_than_a_receivers():
+    """The horizontal sigma is what the receiver states, the vertical one at least its ratio."""
     rows, _ = FixConverter(CONFIG, REFERENCE).to_map(fixes((0, 0, 0), variance=4.0), 0.0)
-    assert rows[0, 4] == pytest.approx(np.sqrt(4.0 - 0.25**2))
+    assert rows[0, 4] == pytest.approx(2.0)
     assert rows[0, 5] == pytest.approx(2.0 * 2.0)
     small, _ = FixConverter(CONFIG, REFERENCE).to_map(fixes((0, 0, 0), variance=1e-9), 0.0)
-    assert small[0, 4] == pytest.approx(0.1)
-    assert small[0, 5] == pytest.approx(2.0 * 0.01)
+    assert small[0, 4] == pytest.approx(0.01)
+    assert small[0, 5] == pytest.approx(2.0 * CONFIG.receiver.total)
 
 
 @pytest.mark.parametrize("variance", [np.nan, 0.0])
@@ -40,7 +40,7 @@ def test_a_missing_variance_is_the_configured_one(variance):
     """Without a variance the configured sigma holds, and it is counted."""
     converter = FixConverter(CONFIG, REFERENCE)
     rows, _ = converter.to_map(fixes((0, 0, 0), variance=variance), 0.0)
-    assert rows[0, 4] == pytest.approx(np.sqrt(CONFIG.fix_sigma**2 - 0.25**2))
+    assert rows[0, 4] == pytest.approx(CONFIG.fix_sigma)
     assert converter.assumed.total() == 1
 
 

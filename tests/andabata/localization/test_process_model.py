@@ -3,7 +3,7 @@
 import numpy as np
 
 from andabata.localization.filter_state import STATES
-from andabata.localization.measurement_models import correct_mag, correct_wheels
+from andabata.localization.measurement_models import correct_heading, correct_wheels
 from andabata.localization.process_model import predict
 from andabata.localization.sigma_points import Workspace
 from tests.support.textbook_filter import GATED, field, fresh, gyro
@@ -20,7 +20,7 @@ def test_the_covariance_stays_symmetric_and_positive():
         correct_wheels(x, P, 0.3, GATED, workspace)
         if k % 10 == 0:
             mag = np.array([0.0, *(field(x) + rng.normal(0, 0.5, 3))])
-            correct_mag(x, P, mag, GATED, workspace)
+            correct_heading(x, P, mag, GATED, workspace)
         x[0], x[1] = np.clip(x[:2], -0.5, 0.5)
     np.testing.assert_array_equal(P, P.T)
     assert np.linalg.eigvalsh(P).min() > 0

@@ -8,7 +8,7 @@ from andabata.localization.sensor_monitor import SensorMonitor, health_of
 from andabata.localization.ukf_config import UkfConfig
 
 CONFIG = UkfConfig()
-CERTAIN = np.eye(18) * 0.01
+CERTAIN = np.eye(20) * 0.01
 
 
 @pytest.mark.parametrize(
@@ -92,9 +92,34 @@ def test_a_large_uncertainty_is_a_warning(east, north, both, yaw, expected):
         (("gnss: not accepted for 9.0 s", "compass: not accepted for 9.0 s"), Health.DEGRADED),
         (("imu: silent for 1.0 s", "wheels: silent for 1.0 s"), Health.LOST),
         (("position: uncertain by 4.0 m",), Health.LOST),
-        (("heading: uncertain by 40 degrees",), Health.LOST),
+        (("heading: uncertain by 40 degrees",), Health.DISORIENTED),
+        (("heading: uncertain by 40 degrees", "gnss: not accepted for 9.0 s"), Health.LOST),
     ],
 )
 def test_health_follows_the_warnings(warnings, health):
-    """Lost is without position, heading, or both IMU and wheels."""
+    """Lost is without position, or both IMU and wheels; without a heading there is a way out."""
     assert health_of(warnings) is health
+
+
+@pytest.mark.parametrize(("way", "due"), [(0.0, 300.0), (400.0, 15.0)])
+def test_fixes_out_of_reach_are_not_followed(way, due):
+    """700 m off after a way of some metres is no place to be, for minutes; after 400 m it may."""
+    monitor = SensorMonitor(CONFIG, 0.0)
+    monitor.accept("gnss", 0.0)
+    monitor.drive(-way)
+    for second in range(1, 400):
+        monitor.add_offset(np.array([700.0 + 0.1 * second, 0.0]))
+        monitor.receive("gnss", float(second))
+        if monitor.inflation("gnss", float(second)) is not None:
+            break
+    assert second == due + 1
+
+
+def test_only_fixes_that_arrive_and_are_rejected_contradict():
+    """Silence is no contradiction, nor are fixes that were accepted a moment ago."""
+    monitor = SensorMonitor(CONFIG, 0.0)
+    assert not monitor.contradicts_fixes(20.0)
+    monitor.receive("gnss", 20.0)
+    assert monitor.contradicts_fixes(20.0)
+    monitor.accept("gnss", 20.0)
+    assert not monitor.contradicts_fixes(21.0)

@@ -10,7 +10,7 @@ from andabata.localization.ukf import (
     add_remainder_to_cross,
     allocate_transform,
     correct,
-    correct_state,
+    correct_number,
     draw_sigma_points,
     is_rest_positive,
     wrap_angle,
@@ -146,12 +146,12 @@ def test_a_correction_is_the_kalman_filters():
     np.testing.assert_allclose(P, expected[1], atol=1e-10)
 
 
-def test_a_state_is_corrected_as_a_linear_measurement_of_it():
-    """Correcting one state equals the Kalman filter with a row of the identity."""
+def test_one_number_corrects_as_a_linear_measurement():
+    """Correcting with one number equals the Kalman filter with a row of the identity."""
     x, P = state(5)
     H = np.eye(N)[2:3]
     expected = kalman(x, P, H, np.array([[0.3]]), np.array([0.7]))
-    nis = correct_state(x, P, LINEAR, 2, 0.7, 0.3, 1e9, np.zeros(N))
+    nis = correct_number(x, P, LINEAR, P[2].copy(), P[2, 2] + 0.3, 0.7 - x[2], 1e9)
     assert nis == pytest.approx(expected[2])
     np.testing.assert_allclose(x, expected[0], atol=1e-12)
     np.testing.assert_allclose(P, expected[1], atol=1e-12)
@@ -165,7 +165,7 @@ def test_the_gate_compares_the_squared_innovation(share):
         x, P = np.zeros(N), np.eye(N)
         y = share * np.sqrt(gate * (1 + variance))
         if single:
-            nis = correct_state(x, P, LINEAR, 2, y, variance, gate, np.zeros(N))
+            nis = correct_number(x, P, LINEAR, np.eye(N)[2], 1 + variance, y, gate)
         else:
             S, cross = (1 + variance) * np.eye(3), np.eye(N)[2:5]
             nis = correct(x, P, LINEAR, cross, S, np.array([y, 0.0, 0.0]), gate)

@@ -5,8 +5,8 @@ import pytest
 
 from andabata.records import topics
 from andabata.records.bags import Bag
-from andabata.records.map_messages import layer_of
 from andabata.records.messages import NS, header_ns, pose_of
+from tests.support.grid_maps import layer_of
 from tests.support.planned_drives import GOAL, START, PlannedDrive, in_map, record_drive
 from tests.support.played_graph import MemoryWriter
 

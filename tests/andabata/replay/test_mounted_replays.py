@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from andabata.app.cli import main
 from andabata.records.messages import NS, MessageBuilder
-from andabata.replay.result import Comparison
+from andabata.replay.result import RecordedComparison
 from tests.support.edited_bags import (
     copy_bag,
     moved_cloud,
@@ -38,13 +38,13 @@ def recorded(tmp_path_factory):
 @pytest.fixture
 def replay(recorded, capsys, monkeypatch):
     """Return a function that edits the drive and replays it: exit code, result or error, ranges."""
-    add, seen = Comparison.add, []
+    add, seen = RecordedComparison.add, []
 
     def keep(self, period, step):
         seen.append(None if step.scan is None else step.scan.finite().copy())
         add(self, period, step)
 
-    monkeypatch.setattr(Comparison, "add", keep)
+    monkeypatch.setattr(RecordedComparison, "add", keep)
 
     def run(*options, **edits):
         path = recorded.with_name("edited.bag")

@@ -8,8 +8,8 @@ import pytest
 from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.records.bag_reader import Period
 from andabata.replay.result import (
-    Comparison,
     LocalizerStatistics,
+    RecordedComparison,
     left_out,
     no_scan_reason,
     summary_text,
@@ -32,7 +32,7 @@ def step(ranges=None, wheels=MOVING):
 
 def compared(*pairs):
     """Return the counts of recorded periods and present steps."""
-    comparison = Comparison()
+    comparison = RecordedComparison()
     for recorded, present in pairs:
         comparison.add(recorded, present)
     return comparison.as_dict()

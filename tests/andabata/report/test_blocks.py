@@ -112,6 +112,28 @@ def test_a_wide_table_is_told_in_several():
     assert [name for head in heads for name in head[1:]] == [f"n{k}" for k in range(19)]
 
 
+def test_chosen_columns_stand_side_by_side_however_many_there_are():
+    """Nine chosen ones are one table; keys that the rows lack are left out."""
+    row = {f"n{k}": k for k in range(MOST_COLUMNS + 1)}
+    text = text_of(Table([row], (*row, "missing")))
+    assert text.count("<table>") == 1
+    assert text.count("<th>") == MOST_COLUMNS + 1
+
+
+def test_three_columns_of_names_are_repeated():
+    """A fourth one stands with the other columns."""
+    row = {f"name{k}": "x" for k in range(4)} | {f"n{k}": k for k in range(8)}
+    heads = text_of(Table([row])).split("<table>")[1:]
+    assert [sum(f"name{k}<" in head for head in heads) for k in range(4)] == [2, 2, 2, 1]
+
+
+def test_texts_of_a_table_are_escaped_and_long_ones_stand_left():
+    """A long text is wrapped, although it begins as a number does."""
+    text = text_of(Table([{"a<b": "x & y", "value": "1 of 2 [" + "0, " * 20 + "]"}]))
+    assert '<th class="t">a&lt;b</th><th class="t">value</th>' in text
+    assert '<td class="t">x &amp; y</td><td class="t">1 of 2' in text
+
+
 def test_an_empty_table_is_nothing():
     """A table without rows leaves the page as it is."""
     assert text_of(Table([], ("a",), "caption", "All columns")) == ""

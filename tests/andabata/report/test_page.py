@@ -43,6 +43,7 @@ def test_a_page_holds_its_parts_in_order():
     short = page.to_bytes().decode()
     assert "two" not in short
     assert "<nav>" not in short
+    assert "<p></p>" not in text
     empty = Page("a").to_bytes().decode()
     assert "<h1>a</h1><script>" in empty
 

@@ -98,6 +98,9 @@ def test_rows_of_a_run_are_stored_and_become_the_table(run, pages, capsys):
     stored = json.loads((pages / "data/rooms.json").read_text())
     assert (stored["command"], stored["commit"]) == ("andabata evaluate", "abc")
     assert stored["rows"] == ROWS
+    lines = (pages / "data/rooms.json").read_text().splitlines()
+    rows = [line for line in lines if line.startswith('{"collisions"')]
+    assert [json.loads(row.rstrip(",")) for row in rows] == ROWS
     text = (pages / "rooms.md").read_text()
     lines = [
         "<!-- table: rooms -->",
@@ -131,5 +134,6 @@ def test_missing_rows_and_options_are_named(run, pages):
     (pages / "data/rooms.json").write_text('{"rows": []}')
     with pytest.raises(ValueError, match=r"rooms\.json: command: .*; store it again with --keep"):
         tables(pages)
-    with pytest.raises(SystemExit):
-        main(["--pages", str(pages), "--keep", str(run)])
+    for words in ((), ("--name", "rooms"), ("--columns", "reached")):
+        with pytest.raises(SystemExit):
+            main(["--pages", str(pages), "--keep", str(run), *words])

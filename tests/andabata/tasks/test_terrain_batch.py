@@ -7,7 +7,7 @@ from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.machine.kinematic_vehicle import contact_map
 from andabata.machine.robot import RobotModel
 from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
-from andabata.tasks.terrain_kernel import AHEAD, Obstacles
+from andabata.tasks.terrain_kernel import AHEAD, TerrainObstacles
 from terrain.classes import SemanticClass
 from terrain.objects import box
 from worlds.rooms.mover_motion import Movers
@@ -25,7 +25,7 @@ def batch(scenes, count=1, errors=EXACT):
         truth = scene.world.truth
         raster = (truth.x_min, truth.y_min, truth.cell)
         contact = contact_map(truth, made.outline)
-        made.add_world(Obstacles(scene.rays.layout, contact, raster))
+        made.add_world(TerrainObstacles(scene.rays.layout, contact, raster))
     return made
 
 
@@ -143,7 +143,7 @@ def test_wheels_scale_down_what_they_cannot_turn(planes):
     truth = planes[0].world.truth
     raster = (truth.x_min, truth.y_min, truth.cell)
     layout = planes[0].rays.layout
-    made.add_world(Obstacles(layout, contact_map(truth, made.outline), raster))
+    made.add_world(TerrainObstacles(layout, contact_map(truth, made.outline), raster))
     made.place(0, 0, Start(0.0, 0.0, 0.0), np.random.default_rng(0))
     twists = np.array([[1.0, 0.0]])
     for _ in range(20):

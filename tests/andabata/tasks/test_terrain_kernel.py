@@ -12,8 +12,8 @@ from andabata.machine.robot import RobotModel
 from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
 from andabata.tasks.terrain_kernel import (
     Beams,
-    Obstacles,
     Robots,
+    TerrainObstacles,
     heading_errors,
     lay_out,
     measure,
@@ -27,7 +27,7 @@ WALL, ROBOT = SemanticClass.WALL, RobotModel()
 
 
 def obstacles(scene):
-    return Obstacles(scene.rays.layout, np.zeros((4, 4), np.uint8), (0.0, 0.0, 0.1))
+    return TerrainObstacles(scene.rays.layout, np.zeros((4, 4), np.uint8), (0.0, 0.0, 0.1))
 
 
 @pytest.fixture(scope="module")
@@ -260,7 +260,7 @@ def batch(scene):
     made = TerrainBatch(1, ROBOT, PlanarLidar(np.zeros(1), 0.4, 10.0), exact)
     truth = scene.world.truth
     raster = (truth.x_min, truth.y_min, truth.cell)
-    made.add_world(Obstacles(scene.rays.layout, contact_map(truth, made.outline), raster))
+    made.add_world(TerrainObstacles(scene.rays.layout, contact_map(truth, made.outline), raster))
     made.place(0, 0, Start(0.0, 0.0, 0.0), np.random.default_rng(0))
     return made
 

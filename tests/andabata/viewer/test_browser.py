@@ -15,6 +15,7 @@ from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.viewer.controls import SPEEDS
 from andabata.viewer.options import ViewConfig
 from andabata.viewer.simulated import SimulatedDriveView
+from tests.support.canvases import canvas_colours
 from worlds.world import Start, Task
 
 pytestmark = [
@@ -92,7 +93,7 @@ def test_steps_are_drawn(drive, page):
     for number in range(1, 4):
         page.get_by_role("button", name="Step", exact=True).click()
         wait_for(lambda due=number: drive.steps == due)
-    wait_for(lambda: chromium.canvas_colours(page) > 100)
+    wait_for(lambda: canvas_colours(page) > 100)
     assert drive.view.frames > 0
     assert page.errors == []
 

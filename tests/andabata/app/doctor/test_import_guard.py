@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from andabata.app.doctor.import_guard import OriginError, check_origins, other_claims
+from andabata.app.doctor.import_guard import PackageOriginError, check_origins, other_claims
 from worlds.splits import TRAINING_SEEDS, dataset_world, evaluation_world
 
 
@@ -22,7 +22,7 @@ def test_another_distribution_of_a_name_is_refused(monkeypatch):
         "andabata.app.doctor.import_guard.find_spec",
         lambda name: SimpleNamespace(origin=f"/elsewhere/{name}/__init__.py"),
     )
-    with pytest.raises(OriginError, match="package terrain: expected"):
+    with pytest.raises(PackageOriginError, match="package terrain: expected"):
         check_origins()
     assert importlib.util.find_spec("terrain").origin.endswith("terrain/__init__.py")
 
@@ -84,7 +84,9 @@ def test_an_origin_elsewhere_names_its_distribution(tmp_path, monkeypatch):
         "andabata.app.doctor.import_guard.find_spec",
         lambda name: SimpleNamespace(origin=str(tmp_path / name / "__init__.py")),
     )
-    with pytest.raises(OriginError, match=r"package terrain: .*keras-rl 0\.4\.2: `pip uninstall"):
+    with pytest.raises(
+        PackageOriginError, match=r"package terrain: .*keras-rl 0\.4\.2: `pip uninstall"
+    ):
         check_origins()
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.app.doctor import installation, self_test
-from andabata.app.doctor.import_guard import OriginError
+from andabata.app.doctor.import_guard import PackageOriginError
 from andabata.app.doctor.self_test import CHECKS, Finding, self_test_text
 
 
@@ -119,7 +119,9 @@ def test_packages_of_another_distribution_are_found(monkeypatch):
     """The guard's error is the figure."""
 
     def guard():
-        raise OriginError("package rl: expected /a, got /b; uninstall the other distribution")
+        raise PackageOriginError(
+            "package rl: expected /a, got /b; uninstall the other distribution"
+        )
 
     monkeypatch.setattr(self_test, "check_origins", guard)
     monkeypatch.setattr(self_test, "CHECKS", {"packages": self_test.check_packages})

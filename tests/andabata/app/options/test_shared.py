@@ -1,29 +1,15 @@
 """Groups of options: what the user typed becomes what the libraries take."""
 
-from dataclasses import replace
-
 import pytest
 
 from andabata.app.console import COMPILES
-from andabata.app.options.shared import (
-    ClassifierOptions,
-    ConsoleOptions,
-    ForestOptions,
-    ModelOptions,
-    PolicyOptions,
-    RobotOptions,
-    SensorOptions,
-    SettingsOptions,
-    TopicOptions,
-)
-from andabata.app.options.view import DriveViewOptions
+from andabata.app.options.shared import ConsoleOptions, RobotOptions, SettingsOptions
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.settings import SettingsError
 from andabata.configuration.usage import UsageError
 from andabata.machine.lidar_models import UnknownSensorError
 from andabata.machine.reality import LEVELS
 from andabata.machine.robot import RobotModel
-from andabata.models import shipped_forest, shipped_ground_classifier, shipped_policy
 from terrain.compilation import compilation_begins, on_first_compilation
 
 
@@ -64,57 +50,10 @@ def test_a_level_of_reality_is_that_of_the_robot():
         RobotOptions(reality="mud").base()
 
 
-def test_a_setting_wins_over_the_height_and_the_datum_over_a_setting():
-    """``--set`` comes over ``--sensor-height``, and ``--datum`` over ``--set``."""
-    sensors = SensorOptions(
-        settings=["robot.lidar_height=0.5", "sensing.geo_reference.latitude_deg=10"],
-        sensor_height=1.5,
-        datum="40,-3",
-    )
-    found = sensors.configure(SimulatedRobotConfig())
-    assert found.robot.lidar_height == 0.5
-    assert found.sensing.geo_reference.latitude_deg == 40.0
-    alone = SensorOptions(sensor_height=1.5).configure(SimulatedRobotConfig())
-    assert alone.robot.lidar_height == 1.5
-
-
-def test_a_recorded_configuration_is_kept_where_nothing_is_given():
-    """Without options the base comes back as it is."""
-    base = SimulatedRobotConfig(plant="kinematic")
-    assert SensorOptions().configure(base) == base
-    assert SensorOptions().mountings() == {}
-
-
-def test_mountings_and_units_are_read_once():
-    """Mountings, names and units come as dictionaries; wrong texts are usage errors."""
-    assert set(SensorOptions(mounting=["imu=0,0,0,0,0", "1,0,0,0,0"]).mountings()) == {"imu", ""}
-    topics = TopicOptions(["/fix=/gps"], ["wheels=rpm"])
-    assert (topics.names(), topics.units()) == ({"/fix": "/gps"}, {"wheels": "rpm"})
-    assert (TopicOptions().names(), TopicOptions().units()) == ({}, {})
-    with pytest.raises(UsageError, match="--map"):
-        TopicOptions(["/fix"]).names()
-    with pytest.raises(UsageError, match="knots"):
-        TopicOptions(None, ["wheels=knots"]).units()
-
-
 def test_a_wrong_setting_names_its_field():
     """An unknown field is an error with its name."""
     with pytest.raises(SettingsError, match="expected a known field"):
         SettingsOptions(None, ["robot.colour=1"]).resolve(SimulatedRobotConfig)
-
-
-def test_shipped_models_stand_in_for_missing_files(tmp_path):
-    """A file takes the place of its own model only."""
-    path = tmp_path / "forest.npz"
-    path.write_bytes(shipped_forest().to_bytes())
-    assert ForestOptions().load() is shipped_forest()
-    assert PolicyOptions().load() is shipped_policy()
-    for models in (ModelOptions(forest=path).load(), ClassifierOptions(forest=path).load()):
-        assert models.forest is not shipped_forest()
-        assert models.ground_classifier is shipped_ground_classifier()
-        assert models.policy is shipped_policy()
-    with pytest.raises(FileNotFoundError):
-        ModelOptions(policy=tmp_path / "none").load()
 
 
 def test_the_console_has_the_form_of_the_options(capsys):
@@ -123,18 +62,6 @@ def test_the_console_has_the_form_of_the_options(capsys):
     console.status("working")
     console.result({"a": 1}, "text")
     assert capsys.readouterr() == ('{"a": 1}\n', "")
-
-
-def test_a_drive_waits_only_for_a_page_that_there_is():
-    """``--view-wait`` without ``--view`` is refused; with it, it is a choice of who watches."""
-    assert DriveViewOptions().wanted() is None
-    shown = DriveViewOptions(view=True).wanted()
-    assert shown is not None
-    assert not shown.waits
-    waits = DriveViewOptions(view=True, view_wait=True).wanted()
-    assert waits == replace(shown, waits=True)
-    with pytest.raises(UsageError, match="--view-wait: expected --view beside it"):
-        DriveViewOptions(view_wait=True).wanted()
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,13 @@
 """Nearest hits: exact distances from what the laser measured, wherever the square lies."""
 
+import math
+
 import numpy as np
 import pytest
 
 from andabata.navigation.planar.hit_layer import HitLayer, HitLayerConfig, LaserPose
 from andabata.navigation.planar.nearest_hits import (
     NOWHERE,
-    distance_to_hit,
     empty_hits,
     find_nearest,
     nearest_hit,
@@ -44,7 +45,7 @@ def test_distances_are_those_from_the_nearest_hit(robot):
     for x, y in np.array(robot) + rng.uniform(-1.5, 1.5, (500, 2)):
         true = np.hypot(*(hits - (x, y)).T).min()
         if true < REACH - 2 * CELL:
-            errors.append(distance_to_hit(found, x, y) - true)
+            errors.append(math.dist(nearest_hit(found, x, y), (x, y)) - true)
     assert len(errors) > 200
     assert min(errors) > -1e-5
     assert max(errors) < 1.5 * CELL

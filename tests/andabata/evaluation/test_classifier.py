@@ -51,14 +51,23 @@ def test_a_forest_is_trained_and_evaluated(capsys, clouds, tmp_path):
 def test_a_classifier_of_ground_cells_is_trained_and_evaluated(capsys, clouds, tmp_path):
     """Two clouds teach something; the scores are those of all cells and by distance."""
     out = tmp_path / "ground"
-    words = ["--clouds", str(clouds), "--out", str(out), "--set", "trees=30", "--set", "share=1"]
+    words = [
+        "--clouds",
+        str(clouds),
+        "--out",
+        str(out),
+        "--set",
+        "trees=30",
+        "--set",
+        "sample_share=1",
+    ]
     data = result(capsys, "classifier", "ground", *words)
     assert data["ground_cells"] > 1000
     assert data["f1_red"] > 0.5  # Two clouds teach that much.
     assert list(data["bands"]) == ["0.7_to_1.8_m", "1.8_to_3.2_m", "3.2_to_5_m", "5_to_10_m"]
     learned = GroundClassifier.load(out / "ground_classifier.npz")
     assert learned.summary["config"]["trees"] == 30
-    assert json.loads((out / "run.json").read_text())["config"]["share"] == 1
+    assert json.loads((out / "run.json").read_text())["config"]["sample_share"] == 1
 
 
 @pytest.mark.parametrize("wrong", ["--set trees=0", "--set tree=3"])

@@ -149,6 +149,22 @@ def test_only_quarters_within_reach_belong_to_the_plane():
         assert (found[columns.HIGHEST_AROUND] > 0) == (TABLES.halves[j - 1] < own + reach), j
 
 
+@pytest.mark.parametrize(("ring", "reach"), [(GRID.n_rings - 1, 1), (2, 2)])
+def test_sideways_a_plane_reaches_to_the_next_column_or_further_where_they_are_narrow(ring, reach):
+    """At 9 m a column is wider than the reach, at 1.2 m two of them are within it."""
+    for step in range(1, 5):
+        sums = level_sums()
+        lift(sums, 2 * SECTOR + 1 + step, 2 * ring + 1, 0.3)
+        found, _ = shape(sums, SECTOR, ring)
+        assert (found[columns.HIGHEST_AROUND] > 0) == (step <= reach), step
+
+
+def test_the_outermost_ring_has_planes():
+    """Nothing lies behind it."""
+    found, _ = shape(level_sums(0.2, 0.1, 0.7), ring=GRID.n_rings - 1)
+    assert found[columns.SLOPE_MEAN] == pytest.approx(np.hypot(0.2, 0.1), rel=0.1)
+
+
 def test_a_cell_smaller_than_the_reach_fits_two_of_its_planes():
     """Opposite corners are computed; the two others have a copy of the plane before."""
     small = int(np.flatnonzero(TABLES.middles * 2 * np.pi / GRID.n_sectors < 0.3)[0])

@@ -57,6 +57,7 @@ def test_records_come_back_as_they_were_packed():
     assert {name: column.tolist() for name, column in found.items()} == {
         name: column.tolist() for name, column in columns.items()
     }
+    assert packed_columns(body, 2, kinds)["t"].tolist() == [-1, 5]
     with pytest.raises(FormatError, match="expected 22 bytes of 2 points, got 21"):
         packed_columns(body[:-1], 2, kinds)
 

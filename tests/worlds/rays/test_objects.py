@@ -53,6 +53,27 @@ def test_a_ray_that_misses_leaves_before_it_enters(origin, direction):
     assert misses_box(ray(origin, direction), BOX, 0, 10.0)
 
 
+def test_boxes_are_slabs():
+    """Random rays at a box of three edges: in and out are the last and the first of its slabs."""
+    low, high = np.array([1.0, -2.0, 0.5]), np.array([2.0, 4.0, 3.0])
+    planes = np.vstack([np.column_stack([np.eye(3), high]), np.column_stack([-np.eye(3), -low])])
+    rng, hits = np.random.default_rng(0), 0
+    for _ in range(300):
+        origin, aim = rng.uniform(-4, 6, 3), rng.uniform(low - 1, high + 1)
+        one = ray(origin, aim - origin)
+        direction = np.array([one.dx, one.dy, one.dz])
+        begin, end = np.sort([(low - origin) / direction, (high - origin) / direction], axis=0)
+        enter, leave = cross(planes, 0, 6, one)
+        hits += begin.max() <= end.min()
+        if begin.max() <= end.min():
+            assert (enter, leave) == pytest.approx((begin.max(), end.min()))
+        else:
+            assert leave < enter
+        is_missed = max(begin.max(), 0.0) > min(end.min(), 20.0)
+        assert misses_box(one, np.array([[*low, *high]]), 0, 20.0) == is_missed
+    assert 100 < hits < 290
+
+
 def test_a_box_counts_within_the_range_and_before_the_ray_alone():
     """Beyond the largest range, and behind the origin, there is none."""
     ahead = ray((0, 2, 2), (1, 0, 0))

@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from andabata.machine.kinematics import Twist
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarPose, PlanarReadings
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.clearance_field import body_discs, clearance_field
 from andabata.navigation.planar.constant_arcs import (
@@ -144,3 +147,16 @@ def test_a_place_that_was_not_searched_costs_as_much_as_it_says():
     field.times[:] = time_along_x().times
     field.times[:39] = np.inf
     assert _time_left(body, field, rollout(heading=0.3)) == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(("aside", "count"), [(0.01, 1), (-0.04, 0)])
+def test_hits_under_the_robot_are_forgotten(aside, count):
+    """What is 2 cm nearer than its half width, or more, cannot stand there."""
+    side = max(y for _, y in VEHICLE.footprint)
+    lidar = PlanarLidarConfig(fov_deg=180, resolution_deg=90, max_range=10)
+    robot = ConstantArcsNavigator(VEHICLE)
+    robot.reset(lidar, (4.0, 0.0))
+    ranges = np.array([np.inf, np.inf, side + aside], dtype=np.float32)
+    for k in range(3):
+        robot.act(PlanarReadings(0.05 * k, PlanarPose(0, 0, 0), Twist(0, 0), ranges))
+    assert len(robot._hits.obstacles) == count

@@ -3,9 +3,20 @@
 import numpy as np
 import pytest
 
+from andabata.machine.kinematics import Twist
+from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.readings import PlanarPose, PlanarReadings
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.clearance_field import body_discs, clearance_field
-from andabata.navigation.planar.dynamic_window import _best, _pose, _way, _Weights, _window
+from andabata.navigation.planar.dynamic_window import (
+    DynamicWindowConfig,
+    DynamicWindowNavigator,
+    _best,
+    _pose,
+    _way,
+    _Weights,
+    _window,
+)
 
 DISCS = body_discs(PLANAR_VEHICLES["barn"].footprint)
 FRONT = max(x for x, _ in PLANAR_VEHICLES["barn"].footprint)
@@ -117,3 +128,16 @@ def test_the_objective_weighs_shares():
     enough = off / np.pi  # What the heading loses is what the speed has to win.
     assert best(**pairs, target=(0.0, 3.0), heading=1.0, speed=0.95 * enough)[0] == 0.0
     assert best(**pairs, target=(0.0, 3.0), heading=1.0, speed=1.05 * enough)[0] == 2.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_without_an_admissible_pair_it_turns_on_the_spot_to_its_target(side):
+    """Too fast before a wall: half of the fastest turn, to the side of the goal."""
+    lidar = PlanarLidarConfig(fov_deg=180, resolution_deg=1, max_range=10)
+    robot = DynamicWindowNavigator(
+        PLANAR_VEHICLES["barn"], DynamicWindowConfig(map=None, max_yaw_rate=1.4)
+    )
+    robot.reset(lidar, (4.0, side))
+    ranges = np.full(lidar.count, FRONT + 0.12, dtype=np.float32)
+    at_speed = PlanarReadings(0.0, PlanarPose(0.0, 0.0, 0.0), Twist(2.0, 0.0), ranges)
+    assert robot.act(at_speed) == Twist(0.0, side * 0.7)

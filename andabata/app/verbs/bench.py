@@ -176,6 +176,10 @@ def localization(
     rides: Annotated[
         int, typer.Option(min=0, help="Rides of each row of the error-against-speed curve.")
     ] = 4,
+    outages: Annotated[
+        bool,
+        typer.Option("--outages", help="What the filter makes of fixes that fail, jump or lie."),
+    ] = False,
     reality: RealityLevel = "ideal",
     settings: SettingsOptions,
     seed: EvaluationSeed = DEVELOPMENT_SEED,
@@ -189,17 +193,23 @@ def localization(
         andabata bench localization --world hill --drives 100 --rides 0
         andabata bench localization --set plant=kinematic --json
         andabata bench localization --reality field --rides 0
+        andabata bench localization --outages --rides 0
     """
     from andabata.app.console import table_of
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.bench.localization import bench_localization, localization_table
     from andabata.bench.motion import agreement_table, error_table
+    from andabata.bench.outages import bench_outages, outage_table
 
     base = SimulatedRobotConfig(reality=reality_level(reality))
     console, config = output.console(), settings.resolve(SimulatedRobotConfig, base)
     data = bench_localization(config, world, drives, rides, seed, workers, console)
     data |= {"reality": config.reality.name}
+    if outages:
+        data["outages"] = bench_outages(config, world, drives, seed, workers, console)
     tables = [table_of(localization_table(data["localization"]), "filter and single sensors")]
+    if outages:
+        tables.append(table_of(outage_table(data["outages"]), "fixes that fail, jump or lie"))
     if rides:
         motion = data["motion"]
         tables.append(table_of(error_table(motion), "errors of clouds in motion, median and 95 %"))

@@ -33,8 +33,8 @@ class InitialSigma(NamedTuple):
     speed: float = 0.05
     hard_iron: float = 3.0
     accel_bias: float = 0.03
-    wheel_scale: float = 0.02
-    slope_slip: float = 0.2
+    wheel_scale: float = 0.01
+    slope_slip: float = 0.08
 
 
 class UkfConfig(BaseModel):

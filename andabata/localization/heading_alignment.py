@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from andabata.machine.pose import wrap
 
-_LEAST_RATIO = 8.0
-"""Least ratio of a way to the white noise of its ends: the heading is then known to ten degrees."""
+_LEAST_RATIO = 5.0
+"""Least ratio of a way to the white noise of its ends: the heading is then known to 0.2 rad."""
 
 _WAY_TOLERANCE = 0.3
 """Largest relative difference of the two lengths: beyond, wheels spin or a fix is wrong."""

@@ -60,8 +60,12 @@ class SensorMonitor:
 
     def contradicts_fixes(self, stamp: float) -> bool:
         """Return true if fixes arrive and have not been accepted for long [s]."""
-        limit, gnss = self._config.gnss_timeout, "gnss"
-        return stamp - self._received[gnss] <= limit < stamp - self._accepted[gnss]
+        silence = stamp - self._accepted["gnss"]
+        return self.has_fixes(stamp) and silence > self._config.gnss_timeout
+
+    def has_fixes(self, stamp: float) -> bool:
+        """Return true if fixes arrive, accepted or not."""
+        return stamp - self._received["gnss"] <= self._config.gnss_timeout
 
     def drive(self, way: float) -> None:
         """Record a way that was driven, forward or backward [m]."""
@@ -140,11 +144,15 @@ def _uncertainty(P: NDArray[np.float64]) -> tuple[float, float]:
     return position, np.sqrt(P[YAW, YAW])
 
 
-def health_of(warnings: tuple[str, ...]) -> Health:
+def health_of(warnings: tuple[str, ...], has_fixes: bool = True) -> Health:
     """Return the health for some warnings of ``SensorMonitor.warnings``.
 
     A robot is lost without a position, or without both IMU and wheels. Without a heading it has a
-    way out as long as inertial unit, wheels and fixes work: it is disoriented, else lost.
+    way out as long as inertial unit and wheels work and fixes arrive: it is disoriented, else lost.
+
+    Args:
+        warnings: Warnings.
+        has_fixes: True if fixes arrive, accepted or not.
     """
     if not warnings:
         return Health.OK
@@ -152,5 +160,6 @@ def health_of(warnings: tuple[str, ...]) -> Health:
     if "position" in sources or {"imu", "wheels"} <= sources:
         return Health.LOST
     if "heading" in sources:
-        return Health.LOST if {"imu", "wheels", "gnss"} & sources else Health.DISORIENTED
+        stuck = {"imu", "wheels"} & sources or not has_fixes
+        return Health.LOST if stuck else Health.DISORIENTED
     return Health.DEGRADED

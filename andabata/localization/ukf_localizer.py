@@ -23,21 +23,14 @@ from andabata.localization.filter_period import (
     run_period,
 )
 from andabata.localization.filter_state import (
-    ACCEL_BIAS,
     ATTITUDE,
     COMPASS_ERROR,
     GNSS_ERROR,
     GYRO_BIAS,
-    HARD_IRON,
     HORIZONTAL,
-    LATERAL_SPEED,
-    PITCH,
     POSITION,
-    ROLL,
-    SLOPE_SLIP,
     SPEED,
     STATES,
-    WHEEL_SCALE,
     YAW,
     Belief,
     X,
@@ -46,6 +39,8 @@ from andabata.localization.filter_state import (
 )
 from andabata.localization.fix_conversion import FixConverter
 from andabata.localization.heading_alignment import HeadingAlignment
+from andabata.localization.inertial_bridge import BRIDGE_GYRO_NOISE, bridging_rows
+from andabata.localization.initial_covariance import MIN_SLOW_ERROR, initial_covariance
 from andabata.localization.localizer import Health
 from andabata.localization.measurements import (
     HORIZONTAL_SIGMA,
@@ -68,12 +63,6 @@ from terrain.record import packed
 
 __all__ = ["UkfConfig", "UkfLocalizer"]
 
-_MAX_BRIDGE_STEPS = 100
-"""Largest number of prediction steps that bridge a gap of inertial rows."""
-
-_BRIDGE_GYRO_NOISE = 0.05
-"""Gyro noise of a prediction whose yaw rate comes from the wheels [rad/sqrt(s)]."""
-
 _NO_FIXES = np.empty((0, 6))
 """No rows of ``Measurements.gnss``."""
 
@@ -83,13 +72,6 @@ _TO_MICROTESLA = np.array([1.0, 1 / MICROTESLA, 1 / MICROTESLA, 1 / MICROTESLA])
 _FAR = 10_000.0
 """Distance from the map's origin from which ``odom`` begins at its own [m]: clouds in ``odom`` are
 float32, with a resolution of a millimetre there and of half a metre at a thousand kilometres."""
-
-_MIN_GNSS_ERROR = 1e-3
-"""Least initial standard deviation of the correlated satellite error [m]: the covariance has to be
-positive definite."""
-
-_MIN_COMPASS_ERROR = 1e-3
-"""Least initial standard deviation of the compass error [rad]; see ``_MIN_GNSS_ERROR``."""
 
 _SLOW_CHANGE = 0.05
 """Relative change of the slow satellite error that changes the filter."""
@@ -164,7 +146,7 @@ class UkfLocalizer:
             rough: True if the pose comes from the first fix, the compass and gravity.
         """
         counts = np.zeros((len(SENSORS), 3), dtype=np.int64)
-        belief = Belief(np.zeros(STATES), self._initial_covariance(rough), counts)
+        belief = Belief(np.zeros(STATES), initial_covariance(self._config, rough), counts)
         self._belief = packed(belief)
         self._x, self._P, self._counts = (self._belief[name][0] for name in Belief._fields)
         self._x[ATTITUDE] = Rotation.from_quat(pose.quaternion).as_euler("ZYX")[::-1]
@@ -183,26 +165,6 @@ class UkfLocalizer:
         self._track.clear()
         first = self.odometry if own_origin else pose
         self._track.append(stamp, first.position, first.quaternion)
-
-    def _initial_covariance(self, rough: bool) -> NDArray[np.float64]:
-        """Return the covariance at the start, shape (20, 20)."""
-        config, noise = self._config, self._config.noise
-        initial = config.rough_initial_sigma if rough else config.initial_sigma
-        sigma = np.empty(STATES)
-        sigma[ROLL] = sigma[PITCH] = initial.tilt
-        sigma[YAW] = initial.yaw
-        sigma[GYRO_BIAS] = initial.gyro_bias
-        sigma[X] = sigma[Y] = initial.position
-        sigma[Z] = initial.height
-        sigma[SPEED] = initial.speed
-        sigma[LATERAL_SPEED] = max(initial.speed, noise.lateral_speed)
-        sigma[HARD_IRON] = initial.hard_iron
-        sigma[COMPASS_ERROR] = max(noise.compass_error, _MIN_COMPASS_ERROR)
-        sigma[GNSS_ERROR] = max(noise.gnss_error, _MIN_GNSS_ERROR)
-        sigma[ACCEL_BIAS] = initial.accel_bias
-        sigma[WHEEL_SCALE] = initial.wheel_scale
-        sigma[SLOPE_SLIP] = initial.slope_slip
-        return np.diag(sigma**2)
 
     def update(self, readings: SensorReadings) -> None:
         """Filter the readings of one control period, late ones at their own time.
@@ -264,7 +226,7 @@ class UkfLocalizer:
     def _set_slow_error(self, sigma: float) -> None:
         """Change the standard deviation of the slow satellite error [m]."""
         noise = self._model.noise
-        ratio = sigma / max(noise.gnss_error, _MIN_GNSS_ERROR)
+        ratio = sigma / max(noise.gnss_error, MIN_SLOW_ERROR)
         if ratio > 1:
             self._inflate(GNSS_ERROR, np.sqrt(sigma**2 - noise.gnss_error**2))
         else:  # What is a smaller error than it was held for is so by its ratio.
@@ -275,28 +237,17 @@ class UkfLocalizer:
         self._models = packed(self._model)
 
     def _inertial_rows(self, readings: SensorReadings) -> tuple[NDArray[np.float64], NoiseModel]:
-        """Return the inertial rows, a gap before them bridged, and the noise to filter them with.
-
-        In a gap longer than ``imu_timeout`` the yaw rate comes from the wheels.
-        """
+        """Return the inertial rows, a gap before them bridged, and the noise that they have."""
         rows, noise = _rows(readings.imu, 7), self._model.noise
         first, end = first_inertial(rows), readings.stamp + TICK
         if first < len(rows):
             self._monitor.receive("imu", readings.stamp)
             end = float(rows[first, 0])
-        gap = end - self._now
-        if not gap > self._config.imu_timeout + TICK:
+        if not end - self._now > self._config.imu_timeout + TICK:
             return rows, noise
-        step = max(TICK, (gap - TICK) / _MAX_BRIDGE_STEPS)
-        stamps = np.arange(self._now + step, end - TICK / 2, step)
-        # Rotation at the estimated bias, which is none, and no specific force.
-        bridge = np.full((len(stamps), 7), np.nan)
-        bridge[:, 0], bridge[:, 1:4] = stamps, self._x[GYRO_BIAS]
         wheels = _rows(readings.encoders, 3)
-        if len(wheels) and np.isfinite(wheels).all():
-            difference = float((wheels[:, 2] - wheels[:, 1]).mean())
-            bridge[:, 3] += difference * self._yaw_rate_per_wheel
-        return np.concatenate([bridge, rows]), noise._replace(gyro=_BRIDGE_GYRO_NOISE)
+        bridge = bridging_rows(self._now, end, self._x[GYRO_BIAS], wheels, self._yaw_rate_per_wheel)
+        return np.concatenate([bridge, rows]), noise._replace(gyro=BRIDGE_GYRO_NOISE)
 
     def _with_waiting(
         self, readings: SensorReadings, imu: NDArray[np.float64], fixes: NDArray[np.float64]
@@ -329,7 +280,7 @@ class UkfLocalizer:
         models = self._models
         if period.noise is not self._model.noise:
             # Without an inertial unit nothing levels the compass: it corrects the heading alone.
-            bridged = period.noise.gyro == _BRIDGE_GYRO_NOISE
+            bridged = period.noise.gyro == BRIDGE_GYRO_NOISE
             body = self._model.body
             body = body._replace(heading_only=body.heading_only or bridged)
             models = packed(self._model._replace(noise=period.noise, body=body))
@@ -386,7 +337,7 @@ class UkfLocalizer:
 
     def _orient(self, fixes: NDArray[np.float64]) -> None:
         """Find the heading of a disoriented robot by two fixes, as soon as they are far apart."""
-        if self.health is not Health.DISORIENTED:
+        if self._P[YAW, YAW] < self._config.lost_yaw**2:
             self._alignment.clear()
             return
         for fix, place in zip(fixes, self._track.at(fixes[:, 0]), strict=True):
@@ -470,7 +421,7 @@ class UkfLocalizer:
     @property
     def health(self) -> Health:
         """Health of the estimate; see ``health_of``."""
-        return health_of(self.warnings)
+        return health_of(self.warnings, self._monitor.has_fixes(self._now))
 
 
 def _pose_of(x: NDArray[np.float64]) -> Pose:

@@ -93,12 +93,19 @@ def test_a_large_uncertainty_is_a_warning(east, north, both, yaw, expected):
         (("imu: silent for 1.0 s", "wheels: silent for 1.0 s"), Health.LOST),
         (("position: uncertain by 4.0 m",), Health.LOST),
         (("heading: uncertain by 40 degrees",), Health.DISORIENTED),
-        (("heading: uncertain by 40 degrees", "gnss: not accepted for 9.0 s"), Health.LOST),
+        (("heading: uncertain by 40 degrees", "imu: silent for 1.0 s"), Health.LOST),
+        (("heading: uncertain by 40 degrees", "gnss: not accepted for 9 s"), Health.DISORIENTED),
     ],
 )
 def test_health_follows_the_warnings(warnings, health):
     """Lost is without position, or both IMU and wheels; without a heading there is a way out."""
     assert health_of(warnings) is health
+
+
+def test_without_fixes_a_robot_without_a_heading_is_lost():
+    """Nothing would tell its heading, however far it creeps."""
+    assert health_of(("heading: uncertain by 40 degrees",), has_fixes=False) is Health.LOST
+    assert health_of((), has_fixes=False) is Health.OK
 
 
 @pytest.mark.parametrize(("way", "due"), [(0.0, 300.0), (400.0, 15.0)])

@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from andabata.localization.localizer import Health
+from andabata.localization.ukf_config import InitialSigma
 from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.kinematics import SkidSteer
@@ -461,3 +462,54 @@ def test_it_restarts_at_its_last_position(drive):
     localizer._P[:] = -1.0
     localizer.update(drive[2])
     np.testing.assert_allclose(localizer.pose.position[:2], [20.0, 30.0], atol=0.5)
+
+
+def test_without_a_heading_two_fixes_tell_it(drive):
+    """Neither compass nor start: the robot is disoriented until its way shows where it heads."""
+    config = UkfConfig(initial_sigma=InitialSigma(yaw=2.0))
+    localizer = UkfLocalizer(config, ROBOT, GeoReference())
+    start = drive[0].truth.pose
+    turned = Rotation.from_euler("z", 2.5) * Rotation.from_quat(start.quaternion)
+    localizer.reset(Pose(start.position, turned.as_quat()), 0.0)
+    healths = []
+    for readings in drive:
+        localizer.update(replace(readings, mag=None))
+        healths.append(localizer.health)
+    assert healths[30] is Health.DISORIENTED
+    known = healths.index(Health.DEGRADED, 30)
+    assert Health.DISORIENTED not in healths[known:]
+    assert abs(wrap(localizer.pose.yaw - drive[-1].truth.pose.yaw)) < 0.2
+
+
+def soft_iron(readings):
+    """Return readings whose compass has four percent of soft iron."""
+    if readings.mag is None:
+        return readings
+    mag = readings.mag.copy()
+    mag[:, 1:] = mag[:, 1:] @ (np.eye(3) + 0.04 * np.array([[1, 1, 0], [1, -1, 0], [0, 0, 0]]))
+    return replace(readings, mag=mag)
+
+
+def test_soft_iron_never_loses_the_robot(drive):
+    """Three degrees that turn with the robot: no more of heading, honest, none of it lost."""
+    localizer, errors = run(drive, soft_iron)
+    assert localizer.health is Health.OK
+    assert np.rad2deg(np.sqrt((errors[:, 2] ** 2).mean())) < 3.0
+    assert abs(errors[-1, 2]) < 3 * np.sqrt(localizer.covariance[2, 2])
+    assert localizer.counts["compass"][1] < 0.01 * localizer.counts["compass"][0]
+
+
+def test_false_fixes_after_an_outage_are_not_followed(drive):
+    """Half a minute without fixes, then fixes 700 m off to the end: the robot stays where it is."""
+
+    def faulty(readings):
+        if readings.gnss is None or not len(readings.gnss):
+            return readings
+        fixes = readings.gnss[readings.gnss[:, 0] < 20].copy()
+        if readings.gnss[0, 0] >= 50:
+            fixes = readings.gnss.copy()
+            fixes[:, 1] += 700 / 111_320
+        return replace(readings, gnss=fixes)
+
+    _, errors = run(drive, faulty)
+    assert np.hypot(*errors[:, :2].T).max() < 2.5

@@ -237,6 +237,15 @@ def test_a_lost_robot_stands_still_and_remembers_it():
     assert navigator.execute(Twist(0.3, 0.4))[0] == Twist(0.3, 0.4)
 
 
+def test_a_robot_without_a_heading_creeps():
+    """Speed is a tenth of a metre a second at most, either way; it turns as it is told."""
+    navigator, localizer, *_ = make()
+    localizer.health = Health.DISORIENTED
+    assert navigator.execute(Twist(0.3, 0.4))[0] == Twist(0.1, 0.4)
+    assert navigator.execute(Twist(-0.3, 0.4))[0] == Twist(-0.1, 0.4)
+    assert navigator.execute(Twist(0.05, 0.0))[0] == Twist(0.05, 0.0)
+
+
 def test_without_a_scan_the_robot_stands_still_and_asks_again():
     """No decision is made before the first scan; each step tries again."""
     navigator, _, perception, controller = make(Twist(0.3, 0.4), repeat=5)

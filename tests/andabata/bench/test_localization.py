@@ -49,7 +49,8 @@ def test_the_filter_is_better_than_single_sensors_on_a_drive(capsys):
     assert main([*words, "--workers", "1", "--set", "plant=kinematic", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)["localization"]
     assert figures["position_rms_m"] < figures["gnss_alone_rms_m"]
-    assert figures["heading_rms_deg"] < min(1.0, figures["compass_alone_rms_deg"])
+    # The start is off by 3 degrees, and the filter admits a compass that is off by as much.
+    assert figures["heading_rms_deg"] < 0.6 * figures["compass_alone_rms_deg"]
 
 
 def test_a_level_of_reality_bends_the_compass(capsys):

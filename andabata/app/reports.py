@@ -47,7 +47,7 @@ def make_report(
 
     Args:
         folders: Folders of the runs.
-        options: What the report of off-road training drives, and with what.
+        options: Drives of the report of off-road training, and their robot.
 
     Raises:
         UsageError: If the runs are of several kinds, or one would be enough.

@@ -36,7 +36,7 @@ class Fault:
     """Fault of a satellite receiver.
 
     Attributes:
-        name: What happens.
+        name: Name for people.
         outage: Begin and end of a span without fixes [s].
         jump: Begin and end of a span in which fixes are off by ``_JUMP`` [s].
         sigma_ratio: Ratio of the standard deviation that is stated to what it stated before.

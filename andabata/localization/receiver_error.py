@@ -24,7 +24,7 @@ _CHANGE = 0.05
 
 
 class ReceiverConfig(BaseModel):
-    """What is assumed of a satellite receiver.
+    """Assumptions about a satellite receiver.
 
     Attributes:
         total: Least standard deviation in all, each horizontal axis, whatever the receiver states
@@ -53,7 +53,7 @@ class ReceiverError:
         """Begin without any fix.
 
         Args:
-            config: What is assumed of the receiver.
+            config: Assumptions about the receiver.
         """
         self._config = config
         self._squares: deque[float] = deque(maxlen=config.window)

@@ -46,7 +46,7 @@ class UkfConfig(BaseModel):
             gravity.
         noise: Process and measurement noise.
         gates: Largest normalised innovations squared that are accepted.
-        receiver: What is assumed of the satellite receiver.
+        receiver: Assumptions about the satellite receiver.
         fix_sigma: Standard deviation of a fix without a covariance [m].
         vertical_ratio: Ratio of vertical to horizontal noise of a fix.
         max_delay: Largest delay of a fix that is still taken into account [s].

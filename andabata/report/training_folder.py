@@ -169,7 +169,7 @@ def plans_text(groups: Mapping[str, Sequence[TrainingRun]], plan: str) -> str:
 
     Args:
         groups: Runs by their plans.
-        plan: What a plan is called.
+        plan: Name of a plan.
     """
     runs = sum(map(len, groups.values()))
     return f"{several(runs, 'run')}, {several(len(groups), plan).lower()}."

@@ -1,6 +1,5 @@
 """One drive, from a world's name to a path."""
 
-import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -149,11 +148,6 @@ class Recording:
 
         simulated_robot.navigator.observers.append(record)
         return writer
-
-
-def digest(data: bytes) -> str:
-    """Return the SHA-256 of bytes."""
-    return hashlib.sha256(data).hexdigest()
 
 
 def drive_once(

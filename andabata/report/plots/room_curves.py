@@ -120,7 +120,7 @@ def study_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
     """Return the differences of a study of a laser with their intervals.
 
     Args:
-        rows: Rows of ``study_lidar``: the laser as it is first.
+        rows: Rows of ``tabulate_study``: the laser as it is first.
         title: Title of the picture.
     """
     base, *changes = rows

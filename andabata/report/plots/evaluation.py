@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from andabata.evaluation.statistics import wilson_interval
 from andabata.report.columns import word
 from andabata.report.plots.drive_traces import COLOURS
-from andabata.report.plots.rooms import draw_room
+from andabata.report.plots.room_drawing import draw_room
 from worlds.rooms.room import Room
 
 Row = Mapping[str, Any]

@@ -16,10 +16,11 @@ from andabata.evaluation.rooms import (
     tasks_of,
 )
 from andabata.report.blocks import Fact, Plot, Table
-from andabata.report.page import Page, Section
+from andabata.report.page import Section
 from andabata.report.plots.room_curves import SuccessCurves, success_figure
 from andabata.report.plots.rooms import trajectories_figure
 from andabata.report.training_folder import TrainingRun, plans_text, runs_by_plan
+from andabata.report.training_page import TrainingSections
 from andabata.tasks.rooms.config import RoomConfig
 from andabata.training.plans import algorithms, load_plan
 from worlds.rooms.catalogue import make_room
@@ -50,8 +51,8 @@ _RUNS_TEXT = "Validation: random tasks in rooms that no pool holds, not explorin
 _DRIVES_TEXT = "The first run of each plan, in rooms of validation."
 
 
-def success_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
-    """Return a page about training runs of TD3's task, and its figures.
+def success_sections(runs: Sequence[TrainingRun]) -> TrainingSections:
+    """Return the sections on training runs of TD3's task.
 
     Args:
         runs: Several seeds of one plan or of several.
@@ -67,14 +68,15 @@ def success_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
     caption = f"Success against episodes (Fig. 4a): {title}"
     plot = Plot(success_figure(curves, title), "success", caption, drawn=True)
     drives = (_drives(name, run) for name, (run, *_) in groups.items())
-    sections = [
-        Section("Success during training", _SUCCESS_TEXT, plot, Table(rows)),
-        Section("Runs", _RUNS_TEXT, Table(run_rows)),
-        Section("Drives of the policies", _DRIVES_TEXT, *drives),
-    ]
-    facts = [_fact(row) for row in rows]
-    page = Page("Learning to drive without a map", plans_text(groups, "plan"), facts, sections)
-    return page, {"groups": rows, "runs": run_rows}
+    return TrainingSections(
+        title="Learning to drive without a map",
+        lead=plans_text(groups, "plan"),
+        rows={"groups": rows, "runs": run_rows},
+        learning=Section("Success during training", _SUCCESS_TEXT, plot, Table(rows)),
+        runs=Section("Runs", _RUNS_TEXT, Table(run_rows)),
+        drives=Section("Drives of the policies", _DRIVES_TEXT, *drives),
+        facts=[_fact(row) for row in rows],
+    )
 
 
 def plan_name(run: TrainingRun) -> str:

@@ -262,6 +262,7 @@ class _DriveWatcher:
     def on_step(self, readings: SensorReadings) -> None:
         """Take in the readings of a control step."""
         self.trace.add(readings)
+        # Control steps are tenths of a second, whose sums are not exact.
         if round(readings.stamp * 10) % 10:
             return
         if readings.walkers is not None:

@@ -107,6 +107,7 @@ class LidarStudyConfig(BaseModel):
             for name, (field, unit) in KINDS.items()
             for value in getattr(self, field)
         ]
+        # By label: a value that the laser has already would be compared with itself.
         changes_by_label: dict[str, LidarChange] = {}
         for change in (LidarChange(AS_IT_IS, 0.0, "", base), *moved, *others):
             changes_by_label.setdefault(change.lidar.label, change)

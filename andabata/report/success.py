@@ -28,13 +28,13 @@ from worlds.rooms.catalogue import make_room
 Row = dict[str, Any]
 
 GOOD = 0.85
-"""Share of successes whose first episode is told: the paper has it after 1,200."""
+"""Share of successes whose first episode is shown: the paper has it after 1,200."""
 
 _BASELINE = "gdae"
 """Name of the plan whose final success the others are compared with, if it is among the runs: as it
 is or with other settings, the one that ends best."""
 
-_TOLD_CHANGES = 2
+_NAMED_CHANGES = 2
 """Largest number of changed settings in the name of a plan."""
 
 _SHOWN_ROOMS, _SHOWN_TASKS = 4, 6
@@ -87,8 +87,8 @@ def plan_name(run: TrainingRun) -> str:
         name: _changes(_settings(plan), mine) for name, plan in zip(names, plans, strict=True)
     }
     name = min(changes, key=lambda one: len(changes[one]))
-    told, more = changes[name][:_TOLD_CHANGES], len(changes[name]) - _TOLD_CHANGES
-    return ", ".join([name, *told]) + (f" and {more} more" if more > 0 else "")
+    named, more = changes[name][:_NAMED_CHANGES], len(changes[name]) - _NAMED_CHANGES
+    return ", ".join([name, *named]) + (f" and {more} more" if more > 0 else "")
 
 
 def _settings(plan: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -270,18 +270,18 @@ def _draw_appearance(axes: Axes, drive: RoomAttempt, one: MoverPlan, number: int
     axes.annotate(f"O{number}", (x, y), ha="center", va="center", fontsize=9)
     if step is None:
         return
-    place = tuple(drive.path[step, :2])
-    axes.add_patch(Circle(place, 0.2, facecolor="none", edgecolor="#d1483f", linewidth=1.2))
+    robot = tuple(drive.path[step, :2])
+    axes.add_patch(Circle(robot, 0.2, facecolor="none", edgecolor="#d1483f", linewidth=1.2))
     below: dict[str, Any] = {
         "textcoords": "offset points",
         "xytext": (0, -32),
         "ha": "center",
         "fontsize": 8,
     }
-    axes.annotate(f"O{number} appears\nafter {step} steps", place, **below)
+    axes.annotate(f"O{number} appears\nafter {step} steps", robot, **below)
 
 
-def _draw_bar(axes: Axes, place: int, rows: Sequence[Mapping[str, Any]]) -> None:
+def _draw_bar(axes: Axes, tick: int, rows: Sequence[Mapping[str, Any]]) -> None:
     """Draw the shares of ends of a cell, one on top of the other."""
     trials = sum(row["trials"] for row in rows)
     bottom = 0.0
@@ -295,7 +295,7 @@ def _draw_bar(axes: Axes, place: int, rows: Sequence[Mapping[str, Any]]) -> None
         parts.insert(2, (hits, HIT_STYLE))
     for count, style in parts if trials else ():
         share = count / trials
-        axes.bar(place, share, bottom=bottom, width=0.8, color=style["color"])
+        axes.bar(tick, share, bottom=bottom, width=0.8, color=style["color"])
         bottom += share
     if trials:
         text: dict[str, Any] = {
@@ -305,7 +305,7 @@ def _draw_bar(axes: Axes, place: int, rows: Sequence[Mapping[str, Any]]) -> None
             "fontsize": 7,
             "color": "white",
         }
-        axes.text(place, 0.03, f"{100 * reached / trials:.0f} %", **text)
+        axes.text(tick, 0.03, f"{100 * reached / trials:.0f} %", **text)
 
 
 def _hits(row: Mapping[str, Any]) -> int:

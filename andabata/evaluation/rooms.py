@@ -145,6 +145,7 @@ def cell_task(cell: Cell, config: RoomEvaluationConfig, policy: Policy) -> RoomC
     task: RoomConfig = config.task
     is_trained = cell.lidar == TRAINED
     lidar = trained_lidar(policy, task) if is_trained else PlanarLidarConfig.parse(cell.lidar)
+    # Compared is the laser that is named: what training drew around it would blur it.
     update = {
         "rooms": (cell.room,),
         "random_rooms": 0,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from traversability.formats.coordinate_units import METRES, CoordinateUnits
 from traversability.formats.error import FormatError
 from traversability.formats.geo_keys import units_of_geo_keys
+from traversability.formats.las_check import check_chunks, check_header, laz_record
 from traversability.formats.table import COORDINATES, Columns
 from traversability.formats.well_known_text import units_of_text
 
@@ -70,13 +71,7 @@ def parse(data: bytes, units: CoordinateUnits | None = None) -> LasPoints:
             installed.
     """
     try:
-        import laspy
-    except ImportError as error:
-        raise FormatError(
-            "expected laspy for LAS and LAZ, got none; install the extra `las`"
-        ) from (error)
-    try:
-        cloud = laspy.read(io.BytesIO(data))
+        cloud = _read(data)
         columns = {name: np.asarray(getattr(cloud, name), dtype=np.float64) for name in "xyz"}
         for name in cloud.point_format.dimension_names:
             values = np.asarray(cloud[name])
@@ -85,11 +80,40 @@ def parse(data: bytes, units: CoordinateUnits | None = None) -> LasPoints:
                 columns.setdefault(_DIMENSIONS.get(name, name), values)
         spacing = np.array([cloud.header.scales, cloud.header.offsets], dtype=np.float64)
         records = _system_records(cloud)
-    except Exception as error:  # laspy and its LAZ backends raise many kinds on damaged input.
+    except FormatError:
+        raise
+    except ImportError as error:
+        raise FormatError(
+            "expected laspy for LAS and LAZ, got none; install the extra `las`"
+        ) from error
+    except BaseException as error:  # Panics of the LAZ library are no Exception.
+        if isinstance(error, KeyboardInterrupt | SystemExit | GeneratorExit):
+            raise
         raise FormatError(f"expected a whole LAS or LAZ file, got {error}") from error
     if units is not None:
         return LasPoints(columns, spacing, units, ())
     return LasPoints(columns, spacing, *_units(records, bool(cloud.header.global_encoding.wkt)))
+
+
+def _read(data: bytes) -> "laspy.LasData":
+    """Return a file's content; its sizes are checked before a native library reads it.
+
+    Raises:
+        FormatError: If a size or a count is more than the file holds.
+    """
+    import laspy
+
+    check_header(data)
+    reader = laspy.LasReader(io.BytesIO(data), laz_backend=laspy.LazBackend.LazrsParallel)
+    header = reader.header
+    if header.are_points_compressed and header.point_count:
+        content = bytes(header.vlrs.get("LasZipVlr")[0].record_data)
+        laz = laz_record(content, header.point_format.size)
+        if laz.has_chunks:
+            check_chunks(data, header.offset_to_point_data, header.point_count, content, laz)
+        else:
+            reader.laz_backend = laspy.LazBackend.Lazrs
+    return reader.read()
 
 
 def _system_records(cloud: "laspy.LasData") -> dict[int, bytes]:

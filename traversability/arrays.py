@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from traversability.unpacked_size import largest_unpacked
+
 Array = NDArray[Any]
 """Array of any type and shape."""
 
@@ -126,18 +128,20 @@ def unpack(data: bytes, max_bytes: int) -> tuple[dict[str, Array], dict[str, Any
 
     Args:
         data: Bytes of the file.
-        max_bytes: Largest number of bytes that the arrays may take unpacked.
+        max_bytes: Largest number of bytes that the arrays may take unpacked; less than that is
+            taken of small files, see ``largest_unpacked``.
 
     Raises:
         ArrayFileError: If the bytes are no npz, are damaged, or declare more than that.
     """
+    limit = min(max_bytes, largest_unpacked(len(data)))
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             declared = sum(entry.file_size for entry in archive.infolist())
-            if declared > max_bytes:
-                raise ArrayFileError(f"expected at most {max_bytes} bytes unpacked, got {declared}")
+            if declared > limit:
+                raise ArrayFileError(f"expected at most {limit} bytes unpacked, got {declared}")
             arrays = {
-                entry.filename.removesuffix(".npy"): _read(archive.read(entry))
+                entry.filename.removesuffix(".npy"): _read(_unpacked(archive, entry))
                 for entry in archive.infolist()
             }
     except ArrayFileError:
@@ -149,6 +153,18 @@ def unpack(data: bytes, max_bytes: int) -> tuple[dict[str, Array], dict[str, Any
     if not isinstance(kinds, dict) or not kinds.keys() <= arrays.keys():
         raise ArrayFileError(f"differences: expected types of {sorted(arrays)}, got {kinds}")
     return arrays | {name: _summed(arrays[name], kind) for name, kind in kinds.items()}, header
+
+
+def _unpacked(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bytes:
+    """Return the bytes of an entry; no more are unpacked than it declares.
+
+    ``ZipFile.read`` unpacks all there is, and compares afterwards.
+    """
+    with archive.open(entry) as file:
+        data = file.read(entry.file_size)
+        if len(data) != entry.file_size or file.read(1):
+            raise ArrayFileError(f"{entry.filename}: expected {entry.file_size} bytes, got others")
+        return data
 
 
 def _read(data: bytes) -> Array:
@@ -173,7 +189,7 @@ def _header(text: Array | None) -> dict[str, Any]:
         return {}
     try:
         header = json.loads(text.astype(np.uint8).tobytes())
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, RecursionError) as error:
         raise ArrayFileError(f"header: expected JSON, got {error}") from error
     if not isinstance(header, dict):
         raise ArrayFileError(f"header: expected an object, got {type(header).__name__}")

@@ -2,10 +2,12 @@
 
 import io
 import re
+import tracemalloc
 
 import numpy as np
 import pytest
 
+from traversability import unpacked_size
 from traversability.arrays import ArrayFileError, pack, unpack
 
 RNG = np.random.default_rng(5)
@@ -85,3 +87,31 @@ def test_python_objects_are_refused():
     """They would be pickled."""
     with pytest.raises(ValueError, match="a: expected numbers, got Python objects"):
         pack({"a": np.array([{}])}, {})
+
+
+def test_no_more_is_unpacked_than_is_declared_and_than_the_size_allows(monkeypatch):
+    """An entry that unpacks to more than it says, and one that says too much, are refused."""
+    data = bytearray(pack({"a": np.zeros(1 << 20, np.uint8)}, {}))
+    with pytest.raises(ArrayFileError, match="expected at most 1000 bytes unpacked, got"):
+        unpack(bytes(data), 1000)
+    with monkeypatch.context() as patch:
+        patch.setattr(unpacked_size, "_SMALL", 2000)
+        patch.setattr(unpacked_size, "_MAX_RATIO", 2)
+        with pytest.raises(ArrayFileError, match=f"expected at most {2 * len(data)} bytes"):
+            unpack(bytes(data), 1 << 30)
+    declared = (np.zeros(1 << 20, np.uint8).nbytes + 128).to_bytes(4, "little")
+    lying = bytes(data).replace(declared, (300).to_bytes(4, "little"))
+    tracemalloc.start()
+    with pytest.raises(ArrayFileError, match="expected"):
+        unpack(lying, 1 << 30)
+    assert tracemalloc.get_traced_memory()[1] < 1 << 18
+    tracemalloc.stop()
+
+
+def test_a_header_that_is_nested_too_deep_is_named():
+    """A depth that ends Python's own reader is an error of the file."""
+    text = np.frombuffer(b"[" * 100_000 + b"]" * 100_000, np.uint8)
+    stream = io.BytesIO()
+    np.savez(stream, header=text)
+    with pytest.raises(ArrayFileError, match="header: expected JSON"):
+        unpack(stream.getvalue(), 1 << 20)

@@ -76,6 +76,29 @@ def test_a_forest_that_cannot_be_walked_is_refused(forest, name, change):
         Forest.from_bytes(pack(arrays, header))
 
 
+def huge(header):
+    """Put an integer of 400 digits in the place of the first summand."""
+    header["trees"]["base"] = 10**400
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        huge,
+        lambda header: header["screen"].update(limit=10**400),
+        lambda header: header.update(screen=[]),
+        lambda header: header.update(exits=[[2**70, 0.0, 0.0]]),
+        lambda header: header.update(trees=None),
+    ],
+)
+def test_a_hostile_header_is_named(forest, change):
+    """Integers beyond every float, and other types, are errors of the file."""
+    arrays, header = unpack(forest.to_bytes(), 1 << 30)
+    change(header)
+    with pytest.raises(ForestFileError, match="mine: expected a forest written by andabata"):
+        Forest.from_bytes(pack(arrays, header), "mine")
+
+
 def test_damaged_bytes_never_crash(forest):
     """They are refused, or happen to be a valid forest."""
     data = forest.to_bytes()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from terrain.kernel import kernel
-from traversability.arrays import ArrayFileError, pack, unpack
+from traversability.arrays import pack, unpack
 from traversability.cartesian.context import CONTEXT_FEATURES, add_context
 from traversability.cartesian.elevation_grid import ElevationGrid
 from traversability.cartesian.features import GROUND_FEATURES, GroundFeatures, label_ground_cells
@@ -157,7 +157,7 @@ class GroundClassifier:
             expected = f"{len(GROUND_FEATURES)} and {len(CONTEXT_FEATURES)}"
             counts = f"{len(self.first.names)} and {len(self.second.names)}"
             raise ValueError(f"stages: expected those of {expected} features, got {counts}")
-        if not self.cell > 0:
+        if not 0 < self.cell < np.inf:
             raise ValueError(f"cell: expected an edge above 0 m, got {self.cell}")
 
     def log_odds(
@@ -218,8 +218,8 @@ class GroundClassifier:
                 for stage, names in (("first", GROUND_FEATURES), ("second", CONTEXT_FEATURES))
             )
             return cls(first, second, float(header["cell"]), dict(header["summary"]))
-        except (ArrayFileError, KeyError, TypeError, ValueError) as error:
-            reason = str(error).splitlines()[0]
+        except Exception as error:  # A hostile header raises many kinds.
+            reason = (str(error).splitlines() or [type(error).__name__])[0]
             raise ForestFileError(
                 f"{name}: expected a ground classifier written by andabata, got {reason}; "
                 "train one with `andabata classifier ground`"

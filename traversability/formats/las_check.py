@@ -8,6 +8,7 @@ import struct
 from typing import NamedTuple
 
 from traversability.formats.error import FormatError
+from traversability.unpacked_size import largest_unpacked
 
 _HEADER_BYTES, _HEADER_BYTES_14 = 227, 375
 """Size of the header up to LAS 1.2, and of LAS 1.4."""
@@ -24,9 +25,6 @@ _POINTWISE, _LAYERED = 1, 3
 _LAYERS = {10: 9, 11: 1, 12: 2, 13: 1}
 """Number of layers by the type of an item; extra bytes (14) have a layer for each byte."""
 _EXTRA_BYTES_ITEM = 14
-
-_MAX_RATIO, _SMALL = 256, 1 << 26
-"""Largest ratio of unpacked bytes to the file's, and the size up to which any ratio is taken."""
 
 
 class LazRecord(NamedTuple):
@@ -126,7 +124,8 @@ def check_chunks(data: bytes, start: int, n_points: int, content: bytes, laz: La
     chunks = lazrs.read_chunk_table(stream, lazrs.LazVlr(content))
     begin = start + 8
     _check_room("chunks", begin, sum(size for _, size in chunks), end)
-    for _, size in chunks:
+    for points, size in chunks:
+        _check_ratio(points * laz.point_bytes, len(data))
         if laz.compressor == _LAYERED:
             _check_layers(data, begin, size, laz)
         begin += size
@@ -169,7 +168,7 @@ def _check_ratio(unpacked: int, packed: int) -> None:
     Raises:
         FormatError: If it does.
     """
-    limit = max(_SMALL, _MAX_RATIO * packed)
+    limit = largest_unpacked(packed)
     if unpacked > limit:
         raise FormatError(f"expected at most {limit:,} bytes unpacked, got {unpacked:,}")
 

@@ -14,6 +14,9 @@ Vote = Literal["mean", "logistic"]
 _MAX_COMPLETE_DEPTH = 7
 """Depth up to which trees are filled up to complete ones: 2^7 leaves of a tree fit in the cache."""
 
+_MAX_DEPTH, _MAX_TREES = 64, 5000
+"""Most splits on a path, and most trees: a walk through more would take minutes a cloud."""
+
 _FEATURE_BITS = 10
 """Lowest bits of a link, which hold the feature; the others hold the left child."""
 
@@ -99,8 +102,12 @@ class Trees:
             raise ValueError("a child out of bounds")
         if self.roots.min() < 0 or self.roots.max() >= n:
             raise ValueError("a root out of bounds")
+        if len(self.roots) > _MAX_TREES or (np.diff(self.roots) <= 0).any():
+            raise ValueError(f"{len(self.roots)} trees, more than {_MAX_TREES} or out of order")
         if n >= 1 << (31 - _FEATURE_BITS):
             raise ValueError(f"{n} nodes")
+        if self._depth() > _MAX_DEPTH:
+            raise ValueError(f"a path of more than {_MAX_DEPTH} splits")
         if self.feature.max() >= len(self.features) or not np.isfinite(self.cut).all():
             raise ValueError("a split on no feature or no number")
         if self.vote not in ("mean", "logistic") or not np.isfinite(self.base):
@@ -176,11 +183,17 @@ class Trees:
         return TreeNodes(n_trees, depth, complete_splits, cuts, self.leaf[here], none, none)
 
     def _depth(self) -> int:
-        """Return the number of splits on the longest path from a root to a leaf."""
-        depth = np.zeros(len(self.feature), dtype=np.int64)
-        for node in np.flatnonzero(self.feature >= 0):  # Parents stand before their children.
-            depth[self.left[node] : self.left[node] + 2] = depth[node] + 1
-        return int(depth.max())
+        """Return the number of splits on the longest path from a root to a leaf.
+
+        Counting ends behind the largest depth that is allowed.
+        """
+        depth, here = 0, self.roots[self.feature[self.roots] >= 0]
+        while len(here) and depth <= _MAX_DEPTH:
+            depth += 1
+            # Damaged trees share nodes: each is followed once a level.
+            children = np.unique(np.concatenate([self.left[here], self.left[here] + 1]))
+            here = children[self.feature[children] >= 0]
+        return depth
 
     def between(self, first: int, last: int) -> "Trees":
         """Return some of the trees; ``base`` belongs to the first one.

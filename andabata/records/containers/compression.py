@@ -3,14 +3,36 @@
 import bz2
 from typing import Any
 
+from traversability.unpacked_size import largest_unpacked
+
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 """First bytes of data compressed by zstd."""
 
 LARGEST = 1 << 31
 """Largest size of decompressed data [bytes]: a greater one is damage or an attack."""
 
-_PIECE = 1 << 14
-"""Size of the pieces in which data are decompressed [bytes]."""
+_PIECE = 1 << 11
+"""Size of the pieces in which data are decompressed [bytes].
+
+A piece may unpack to 30,000 times its size before that is noticed: 64 MiB.
+"""
+
+
+def check_size(size: int, compressed: int) -> None:
+    """Check that data do not decompress to far more than themselves.
+
+    Args:
+        size: Number of decompressed bytes.
+        compressed: Number of compressed bytes.
+
+    Raises:
+        ValueError: If they do.
+    """
+    limit = min(LARGEST, largest_unpacked(compressed))
+    if size > limit:
+        raise ValueError(
+            f"expected at most {limit:,} decompressed bytes of {compressed:,}, got {size:,}"
+        )
 
 
 def decompress(compression: str, data: bytes | memoryview, size: int) -> bytes | memoryview:
@@ -26,8 +48,7 @@ def decompress(compression: str, data: bytes | memoryview, size: int) -> bytes |
     """
     if compression in ("", "none"):
         return data
-    if size > LARGEST:
-        raise ValueError(f"expected at most {LARGEST:,} decompressed bytes, got {size:,}")
+    check_size(size, len(data))
     decompressed, ended = _decompress(compression, data, size)
     if len(decompressed) != size or not ended:
         got = f"{len(decompressed):,}" + ("" if ended else " and no end")
@@ -46,7 +67,7 @@ def decompress_prefix(compression: str, data: bytes | memoryview, limit: int = L
     Raises:
         ValueError: If the compression is unknown.
     """
-    return _decompress(compression, data, limit)[0]
+    return _decompress(compression, data, min(limit, largest_unpacked(len(data))))[0]
 
 
 def _decompress(compression: str, data: bytes | memoryview, limit: int) -> tuple[bytes, bool]:

@@ -3,6 +3,7 @@
 import tempfile
 from collections.abc import Collection, Iterator
 from pathlib import Path
+from typing import IO
 
 from andabata.records.containers import mcap_records, rosbag1_records, sqlite_file
 from andabata.records.containers.compression import ZSTD_MAGIC
@@ -11,6 +12,7 @@ from andabata.records.containers.mcap_file import McapFile
 from andabata.records.containers.ros2_folder import Ros2Folder
 from andabata.records.containers.rosbag1_file import Rosbag1File
 from andabata.records.containers.sqlite_file import SqliteFile
+from traversability.unpacked_size import largest_unpacked
 
 
 def open_container(path: Path) -> Container:
@@ -80,7 +82,7 @@ class DecompressedFile:
         try:
             with path.open("rb") as compressed, decompressed.open("wb") as file:
                 try:
-                    zstandard.ZstdDecompressor().copy_stream(compressed, file)
+                    self._decompress(path, compressed, file)
                 except zstandard.ZstdError as error:
                     reason = str(error)
             self.container = open_container(decompressed)
@@ -94,6 +96,26 @@ class DecompressedFile:
         self.lost = self.container.lost
         if reason and not self.damage:
             raise BagError(f"{path}: expected a whole zstd file, got {reason}")
+
+    @staticmethod
+    def _decompress(path: Path, compressed: IO[bytes], out: IO[bytes]) -> None:
+        """Decompress a file as far as it is whole.
+
+        Raises:
+            BagError: If it decompresses to far more than itself.
+            ZstdError: If it is damaged.
+        """
+        import zstandard
+
+        size, limit = 0, largest_unpacked(path.stat().st_size)
+        for piece in zstandard.ZstdDecompressor().read_to_iter(compressed):
+            size += len(piece)
+            if size > limit:
+                raise BagError(
+                    f"{path}: expected at most {limit:,} bytes decompressed, for its size, got "
+                    "more; if you trust it, decompress it with `zstd -d`"
+                )
+            out.write(piece)
 
     def read(self, wanted: Collection[int]) -> Iterator[RawMessage]:
         """Yield the messages of some connections in the order of their times of recording."""

@@ -12,6 +12,7 @@ from tests.support.ground_cell_clouds import (
     sheet,
     trunk,
 )
+from traversability.arrays import pack, unpack
 from traversability.cartesian.classifier import (
     GroundClassifier,
     GroundClassifierConfig,
@@ -142,7 +143,13 @@ def test_bad_input_is_refused():
         forest.log_odds(samples.features[:5, :-1], np.zeros((5, 2), int))
     with pytest.raises(ValueError, match="expected those of 26 and 30 features, got 30 and 26"):
         GroundClassifier(second, first, 0.1)
+    with pytest.raises(ValueError, match="cell: expected an edge above 0 m, got inf"):
+        GroundClassifier(first, second, np.inf)
     data = forest.to_bytes()
+    arrays, header = unpack(data, 1 << 30)
+    hostile = pack(arrays, {**header, "cell": 10**400})
+    with pytest.raises(ForestFileError, match="mine: expected a ground classifier"):
+        GroundClassifier.from_bytes(hostile, "mine")
     for damaged in (b"", data[:100], data[:-40]):
         with pytest.raises(ForestFileError, match="expected a ground classifier"):
             GroundClassifier.from_bytes(damaged)

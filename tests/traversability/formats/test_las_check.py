@@ -60,6 +60,8 @@ def test_a_table_named_at_the_end_is_found():
         (edited(LAYERED, 243, "<I", 2**32 - 1), "extended records"),
         (edited(LAYERED, 100, "<I", 2**32 - 1), "room for records"),
         (edited(LAYERED, 105, "<H", 60), "(points of|points to|size)"),
+        # The number of points in a chunk, behind the header of LAZ's own record.
+        (edited(CHUNKED, CHUNKED.index(b"laszip encoded") + 52 + 12, "<I", 2**31), "unpacked"),
         (PLAIN[:-30], "room for 300 points"),
         (b"LASF", "other bytes"),
     ],

@@ -92,3 +92,34 @@ def test_trees_before_others_add_their_sums():
     np.testing.assert_allclose(part, leaf_sums(first, rows), atol=1e-9)
     with pytest.raises(ValueError, match="expected the same features and vote"):
         first.before(stump())
+
+
+def chain(n_splits, roots=(0,)):
+    """Return trees that are one path: the left child of each split is the next one."""
+    n = 2 * n_splits + 1
+    inner = np.arange(n) % 2 == 0
+    inner[-1] = False
+    return Trees(
+        features=("tilt",),
+        vote="logistic",
+        base=0.0,
+        roots=np.array(roots, dtype=np.int32),
+        feature=np.where(inner, 0, -1).astype(np.int16),
+        cut=np.zeros(n),
+        left=np.where(inner, np.arange(1, n + 1), 0).astype(np.int32),
+        leaf=np.zeros(n, dtype=np.float32),
+    )
+
+
+def test_walks_are_bounded():
+    """Paths deeper than 64 splits, too many trees and the same tree twice are refused."""
+    for n_splits in (0, 1, 7, 8, 64):
+        depth = max(n_splits, 1) if n_splits < 8 else 0  # Deep ones keep their links.
+        assert chain(n_splits).laid_out(ALL_FEATURES).depth == depth
+    with pytest.raises(ValueError, match="a path of more than 64 splits"):
+        chain(65)
+    with pytest.raises(ValueError, match=r"2 trees, .* out of order"):
+        chain(3, (2, 2))
+    assert len(chain(3000, range(5900, 6000)).roots) == 100
+    with pytest.raises(ValueError, match="5001 trees"):
+        chain(3000, range(0, 5001))

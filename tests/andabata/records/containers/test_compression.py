@@ -4,6 +4,7 @@ import pytest
 
 from andabata.records.containers import compression
 from andabata.records.containers.compression import compress, decompress, decompress_prefix
+from traversability import unpacked_size
 
 DATA = bytes(range(256)) * 4000
 KINDS = ["bz2", "lz4", "zstd"]
@@ -43,3 +44,17 @@ def test_sizes_beyond_the_limit_and_unknown_compressions_are_refused(monkeypatch
         decompress("zstd", compress("zstd", DATA), len(DATA))
     with pytest.raises(ValueError, match="got 'rar'"):
         decompress("rar", DATA, len(DATA) - 1)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_small_data_that_state_or_hold_far_more_are_refused(kind, monkeypatch):
+    """Both the stated size and what is decompressed are bounded by the size of the data."""
+    monkeypatch.setattr(unpacked_size, "_SMALL", 1)
+    monkeypatch.setattr(unpacked_size, "_MAX_RATIO", 1)
+    monkeypatch.setattr(compression, "_PIECE", 4)
+    packed = compress(kind, bytes(1 << 20))
+    with pytest.raises(ValueError, match=rf"at most {len(packed):,} decompressed bytes of"):
+        decompress(kind, packed, 1 << 20)
+    twice = compress(kind, packed + bytes(1 << 20))
+    size = len(decompress_prefix(kind, twice))
+    assert size < (1 << 20 if kind == "lz4" else 2 << 20)

@@ -4,8 +4,9 @@ import pytest
 import zstandard
 
 from andabata.records.bags import Bag, BagError
-from andabata.records.containers.opening import is_recording
+from andabata.records.containers.opening import is_recording, open_container
 from tests.support.recordings import note, stamp, write_bag, write_db3, write_mcap
+from traversability import unpacked_size
 
 
 def notes_of(path, damaged=False):
@@ -154,3 +155,14 @@ def test_a_cloud_of_any_recording_is_scanned(tmp_path, monkeypatch, capsys, name
         (path / "metadata.yaml").unlink()
     assert main(["scan", str(path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["points"] == len(points)
+
+
+def test_a_small_file_that_decompresses_to_far_more_is_refused(tmp_path, monkeypatch):
+    """Decompression stops at the limit, and leaves no file behind."""
+    zeros, path = bytes(1 << 20), tmp_path / "x.mcap.zstd"
+    monkeypatch.setattr(unpacked_size, "_SMALL", 1000)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    path.write_bytes(zstandard.compress(zeros))
+    with pytest.raises(BagError, match=r"x\.mcap\.zstd: expected at most [\d,]+ bytes"):
+        open_container(path)
+    assert list(tmp_path.iterdir()) == [path]

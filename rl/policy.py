@@ -3,8 +3,9 @@
 A file is complete: architecture, weights, spaces and how it was trained; driving needs no torch.
 """
 
+import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
@@ -19,6 +20,9 @@ _VERSION = 3
 """Version of the files: 1 had straight ranges, 2 neither spaces nor architecture."""
 
 _MAX_BYTES = 64 << 20
+
+_SUM = "sha256"
+"""Entry of the description that holds the SHA-256 of the file's content."""
 
 _ARCHITECTURES = {
     "deterministic": "rl.policies.deterministic:DeterministicPolicy",
@@ -111,6 +115,7 @@ def policy_to_bytes(policy: Policy) -> bytes:
     if policy.terms is not None:
         about["terms"] = policy.terms
     tensors = {name: np.ascontiguousarray(array) for name, array in policy.tensors().items()}
+    about[_SUM] = _sum(about, tensors)
     return save(tensors, metadata={"about": json.dumps(about, sort_keys=True)})
 
 
@@ -124,7 +129,6 @@ def policy_from_bytes(data: bytes, name: str = "policy") -> Policy:
     Raises:
         PolicyFileError: If the bytes are no policy of this version.
     """
-    from safetensors import SafetensorError
     from safetensors.numpy import load
 
     try:
@@ -132,16 +136,18 @@ def policy_from_bytes(data: bytes, name: str = "policy") -> Policy:
             raise ValueError(f"{len(data)} bytes")
         about = _metadata(data)
         _check_version(about)
+        tensors = {key: _finite(array) for key, array in load(data).items()}
+        _check_sum(about, tensors)
         return _make(
             about["architecture"],
-            {key: _finite(array) for key, array in load(data).items()},
+            tensors,
             ObservationSpec.model_validate(about["observations"]),
             ActionSpec.model_validate(about["actions"]),
             dict(about["info"]),
             about.get("terms"),
         )
-    except (SafetensorError, ValueError, KeyError, IndexError, TypeError) as error:
-        reason = (str(error).splitlines() or [""])[0]
+    except Exception as error:  # A hostile description raises many kinds.
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise PolicyFileError(
             f"{name}: expected a policy written by andabata, got {reason}; "
             "train one with `andabata train`"
@@ -208,6 +214,27 @@ def _check_version(about: dict[str, Any]) -> None:
             f"a file of version {about.get('version')}, written by an older andabata "
             f"(this one reads version {_VERSION}, which holds observation and action spaces)"
         )
+
+
+def _sum(about: Mapping[str, Any], tensors: Tensors) -> str:
+    """Return the SHA-256 of a description without its sum and of the weights, in hexadecimal."""
+    described = {name: value for name, value in about.items() if name != _SUM}
+    described = json.loads(json.dumps(described))  # As it is read again.
+    digest = hashlib.sha256(json.dumps(described, sort_keys=True).encode())
+    for name in sorted(tensors):
+        digest.update(f"{name} {tensors[name].shape}".encode())
+        digest.update(np.ascontiguousarray(tensors[name], dtype="<f4").tobytes())
+    return digest.hexdigest()
+
+
+def _check_sum(about: Mapping[str, Any], tensors: Tensors) -> None:
+    """Refuse files that differ from what was written; those of older releases have no sum.
+
+    Raises:
+        ValueError: If one does.
+    """
+    if _SUM in about and about[_SUM] != _sum(about, tensors):
+        raise ValueError("another SHA-256 than its own: it was changed or damaged")
 
 
 def _metadata(data: bytes) -> dict[str, Any]:

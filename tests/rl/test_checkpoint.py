@@ -58,7 +58,19 @@ def test_names_are_those_of_the_network_and_its_parameter():
     assert set(named({"actor": nn.Linear(1, 1)})) == {"actor.weight", "actor.bias"}
 
 
-@pytest.mark.parametrize("data", [b"", b"12345678", b"\x05\0\0\0\0\0\0\0{}{}{", b"\xff" * 40])
+NESTED = b"[" * 100_000 + b"]" * 100_000
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"12345678",
+        b"\x05\0\0\0\0\0\0\0{}{}{",
+        b"\xff" * 40,
+        len(NESTED).to_bytes(8, "little") + NESTED,
+    ],
+)
 def test_bytes_that_are_no_checkpoint_are_refused(data):
     """Neither progress nor tensors are read from other bytes, and the error names the next step."""
     network, adam = made(0)

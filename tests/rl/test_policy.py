@@ -89,7 +89,8 @@ def about(data):
 
 def rewritten(policy, **changes):
     """Return the bytes of a policy with changes of its description."""
-    described = about(policy.to_bytes()) | changes
+    described = about(policy.to_bytes()) | {"sha256": None} | changes
+    described = {name: value for name, value in described.items() if name != "sha256" or value}
     tensors = {name: np.ascontiguousarray(array) for name, array in policy.tensors().items()}
     return save(tensors, metadata={"about": json.dumps(described)})
 
@@ -147,6 +148,27 @@ def test_a_foreign_description_is_refused(policy, changes, message):
     """Another format, an unknown architecture and broken spaces are refused."""
     with pytest.raises(PolicyFileError, match=message):
         policy_from_bytes(rewritten(policy, **changes))
+
+
+def test_a_changed_policy_is_noticed_and_one_without_a_sum_is_read(policy):
+    """The sum covers the weights and the description; files of older releases have none."""
+    described = about(policy.to_bytes())
+    assert policy_from_bytes(rewritten(policy, sha256=described["sha256"])).info == policy.info
+    assert policy_from_bytes(rewritten(policy)).info == policy.info
+    with pytest.raises(PolicyFileError, match="another SHA-256"):
+        policy_from_bytes(rewritten(policy, info={"commit": "abd"}, sha256=described["sha256"]))
+    tensors = {name: array.copy() for name, array in policy.tensors().items()}
+    tensors["layer1.bias"][3] += np.float32(1e-3)
+    with pytest.raises(PolicyFileError, match="another SHA-256"):
+        policy_from_bytes(save(tensors, metadata={"about": json.dumps(described)}))
+
+
+def test_a_description_nested_too_deep_is_named(policy):
+    """A depth that ends Python's own reader is an error of the file."""
+    text = "[" * 100_000 + "]" * 100_000
+    data = save({"a": np.zeros(1, np.float32)}, metadata={"about": text})
+    with pytest.raises(PolicyFileError, match="mine: expected a policy"):
+        policy_from_bytes(data, "mine")
 
 
 def test_weights_that_are_not_finite_are_refused(policy):

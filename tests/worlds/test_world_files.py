@@ -125,6 +125,8 @@ def header(**fields):
         lambda arrays, about: arrays.update(triangle_starts=arrays["triangle_starts"][::-1].copy()),
         lambda arrays, about: arrays.update(triangle_starts=np.array([0, 0, 48])),
         lambda arrays, about: about.update({KIND: "{"}),
+        lambda arrays, about: about.update({KIND: "[" * 100_000 + "]" * 100_000}),
+        lambda arrays, about: about.update({KIND: header(cell=10**400)}),
         lambda arrays, about: about.update({KIND: header(cell=-1.0)}),
         lambda arrays, about: about.update({KIND: header(extra=1)}),
         lambda arrays, about: about.update({KIND: header(tasks=[{"start": [0], "goals": []}])}),

@@ -1,6 +1,7 @@
 """Journal of a run: finished pieces in a file, so that a killed run goes on."""
 
 import json
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,9 @@ from andabata.runs.atomic_io import append_line
 from andabata.runs.strict_json import dumps, finite
 
 Entry = dict[str, Any]
+
+_CRC = "crc32"
+"""Key of the checksum that ends an entry's line, of the line as it is without."""
 
 
 class Journal:
@@ -37,28 +41,51 @@ class Journal:
         entry = finite(entry)  # As it is read again.
         self.entries.append(entry)
         if self.path is not None:
-            append_line(self.path, dumps(entry))
+            append_line(self.path, dumps({**entry, _CRC: _crc(entry)}))
 
 
 def _read(path: Path, about: Entry) -> list[Entry]:
     """Return the entries of a journal of the same run, which is begun where there is none.
 
     Raises:
-        ValueError: If the journal belongs to another run.
+        ValueError: If the journal belongs to another run, or a line of it has changed.
     """
     head = dumps(about)
     if not path.exists() or path.stat().st_size == 0:
         atomic_io.write(path, f"{head}\n".encode())
         return []
-    lines = path.read_text(encoding="utf-8").splitlines()
+    lines = path.read_bytes().decode("utf-8", "replace").splitlines()
     if lines[0] != head:
         raise ValueError(
             f"{path}: expected a journal of this run, got one that differs in "
             f"{_what_differs(lines[0], about)}; take another --out"
         )
-    kept = [line for line in lines[1:] if _is_json(line)]  # A kill may cut the last line short.
-    atomic_io.write(path, "".join(f"{line}\n" for line in [head, *kept]).encode())
-    return [json.loads(line) for line in kept]
+    # A kill may cut the last line short.
+    kept = {n: line for n, line in enumerate(lines[1:], start=2) if _is_json(line)}
+    entries = [_entry(path, number, line) for number, line in kept.items()]
+    atomic_io.write(path, "".join(f"{line}\n" for line in [head, *kept.values()]).encode())
+    return entries
+
+
+def _entry(path: Path, number: int, line: str) -> Entry:
+    """Return the entry of a line; journals of older releases have no checksums.
+
+    Raises:
+        ValueError: If the line is not as it was written.
+    """
+    entry = json.loads(line)
+    stated = entry.pop(_CRC, None) if isinstance(entry, dict) else ""
+    if stated is None or stated == _crc(entry):
+        return dict(entry)
+    raise ValueError(
+        f"{path}: line {number}: expected an entry with its CRC-32, got a changed one; delete the "
+        "line, and its piece of the run is made again"
+    )
+
+
+def _crc(entry: Entry) -> str:
+    """Return the CRC-32 of an entry's line, in hexadecimal."""
+    return f"{zlib.crc32(dumps(entry).encode()):08x}"
 
 
 def _what_differs(head: str, about: Entry) -> str:
@@ -74,6 +101,6 @@ def _is_json(line: str) -> bool:
     """Return True if a line is whole."""
     try:
         json.loads(line)
-    except json.JSONDecodeError:
+    except (json.JSONDecodeError, RecursionError):
         return False
     return True

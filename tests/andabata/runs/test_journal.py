@@ -53,7 +53,7 @@ def test_an_entry_counts_once_its_line_is_on_the_disk(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "fsync", lambda descriptor: (sync(descriptor), synced.append(1)))
     journal.append({"trial": 0})
     assert synced == [1]
-    assert path.read_text().splitlines()[1:] == ['{"trial": 0}']
+    assert path.read_text().splitlines()[1:] == ['{"trial": 0, "crc32": "a17131e1"}']
 
 
 @pytest.mark.parametrize(
@@ -79,3 +79,32 @@ def test_without_a_path_nothing_is_written(tmp_path, monkeypatch):
     journal = Journal(None, ABOUT)
     journal.append({"trial": 0})
     assert journal.entries == [{"trial": 0}]
+
+
+@pytest.mark.parametrize(("before", "after"), [(b"12.5", b"92.5"), (b"soft", b"s\xffft")])
+def test_a_changed_line_is_refused(tmp_path, before, after):
+    """The error names the line to delete; without it the other entries are read."""
+    path = tmp_path / "journal.jsonl"
+    journal = Journal(path, ABOUT)
+    for trial, time in enumerate((1.5, 12.5, 2.0)):
+        journal.append({"trial": trial, "time": time, "ground": "soft"})
+    head, *lines = path.read_bytes().splitlines(keepends=True)
+    at = next(k for k, line in enumerate(lines) if before in line)
+    lines[at] = lines[at].replace(before, after, 1)
+    path.write_bytes(head + b"".join(lines))
+    with pytest.raises(ValueError, match=rf"line {at + 2}: expected an entry with its CRC-32"):
+        Journal(path, ABOUT)
+    assert path.read_bytes() == head + b"".join(lines)
+    path.write_bytes(head + b"".join(lines[:at] + lines[at + 1 :]))
+    assert Journal(path, ABOUT).entries == [e for e in journal.entries if e["trial"] != at]
+
+
+def test_a_journal_without_checksums_is_read(tmp_path):
+    """Those of older releases have none; new entries of theirs have one."""
+    path = tmp_path / "journal.jsonl"
+    Journal(path, ABOUT)
+    with path.open("a") as file:
+        file.write('{"trial": 0}\n')
+    journal = Journal(path, ABOUT)
+    journal.append({"trial": 1})
+    assert Journal(path, ABOUT).entries == [{"trial": 0}, {"trial": 1}]

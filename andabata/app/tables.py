@@ -227,6 +227,8 @@ def salvage_text(data: Data) -> str:
         number = data["lost_messages"]
         count = "an unknown number of" if number is None else number
         lost = f"{count} messages lost: {data['reason']}"
+    elif data["reason"]:
+        lost = f"{lost} of what is there; {data['reason']}"
     lines = [f"{data['file']}: {data['messages']} messages; {lost}"]
     return "\n".join([*lines, *left_out_notes((), data["notes"])])
 

@@ -17,7 +17,8 @@ from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
-from andabata.records.bag_writers import MessageWriter, open_writer, write_manifest
+from andabata.records.bag_writers import MessageWriter, open_writer
+from andabata.records.manifest import write_manifest
 from andabata.records.messages import MessageBuilder
 from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.recorder import MessageQueue, Recorder

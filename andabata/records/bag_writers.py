@@ -1,17 +1,16 @@
 """Writes recordings: ROS 1 bags, MCAP files and ROS 2 folders, without ROS."""
 
-import hashlib
 from pathlib import Path
 from typing import Any, Protocol
 
 from andabata.records.containers.container import BagError
 from andabata.records.topics import Ros, RosMessage, Topic, message_types
-from andabata.runs import atomic_io
-from andabata.runs.strict_json import dumps
 
 _CHUNK_BYTES = 1 << 20
-"""Size of an MCAP chunk [bytes]: a killed recorder loses at most the last one."""
+"""Largest size of an MCAP chunk [bytes]."""
 
+_FLUSH_PERIOD = 1_000_000_000
+"""Time between messages after which a recorder writes all it has [ns]: a kill loses no more."""
 
 _LIBRARY = "andabata"
 
@@ -32,6 +31,21 @@ class MessageWriter(Protocol):
         """Finish the file, or leave the graph."""
 
 
+class _FlushTimer:
+    """Decides by the stamps of messages when to flush: the same messages give the same bytes."""
+
+    def __init__(self) -> None:
+        self._begin: int | None = None
+
+    def is_due(self, stamp_ns: int) -> bool:
+        """Return True if a message is a period away from the first one since the last flush."""
+        if self._begin is not None and abs(stamp_ns - self._begin) < _FLUSH_PERIOD:
+            return False
+        due = self._begin is not None
+        self._begin = stamp_ns
+        return due
+
+
 class RosbagWriter:
     """Writer of a ROS 1 bag, or of a ROS 2 folder with an sqlite3 file, by rosbags."""
 
@@ -40,6 +54,7 @@ class RosbagWriter:
         self.ros: Ros = ros
         self._types = message_types(ros)
         self._connections: dict[str, Any] = {}
+        self._timer = _FlushTimer()
         self._writer: Any
         if ros == 1:
             from rosbags.rosbag1 import Writer
@@ -53,6 +68,8 @@ class RosbagWriter:
 
     def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
         """Write a message."""
+        if self._timer.is_due(stamp_ns):
+            self._flush()
         kind = topic.type_name(self.ros)
         if topic.ros1 not in self._connections:
             self._connections[topic.ros1] = self._writer.add_connection(
@@ -60,6 +77,14 @@ class RosbagWriter:
             )
         encode = self._types.serialize_ros1 if self.ros == 1 else self._types.serialize_cdr
         self._writer.write(self._connections[topic.ros1], stamp_ns, encode(message, kind))
+
+    def _flush(self) -> None:
+        """Hand all messages to the system: the chunk of a bag, or the transaction of sqlite3."""
+        if self.ros == 1:
+            self._writer.write_chunk(self._writer.chunks[-1])
+            self._writer.bio.flush()
+        else:
+            self._writer.storage.conn.commit()
 
     def close(self) -> None:
         """Finish the file."""
@@ -81,9 +106,12 @@ class McapWriter:
         self._writer.start(profile="ros2", library=_LIBRARY)
         self._channels: dict[str, tuple[int, str]] = {}
         self._count = 0
+        self._timer = _FlushTimer()
 
     def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
         """Write a message."""
+        if self._timer.is_due(stamp_ns):
+            self._writer.flush()
         if topic.ros2 not in self._channels:
             kind = topic.type_name(2)
             text, _ = self._types.generate_msgdef(kind, ros_version=2)
@@ -121,27 +149,3 @@ def open_writer(path: Path) -> MessageWriter:
         case ".db3":
             return RosbagWriter(path, 2)
     raise BagError(f"{path}: expected a name in .bag, .mcap or .db3, got {path.suffix!r}")
-
-
-def write_manifest(path: Path, about: dict[str, Any]) -> Path:
-    """Write a manifest beside a recording: SHA-256 of its files, and other facts.
-
-    Args:
-        path: Path of the recording.
-        about: Facts about the recording, ready for JSON.
-
-    Returns:
-        Path of the manifest.
-    """
-    files = sorted(path.rglob("*")) if path.is_dir() else [path]
-    sums = {file.name: _sha256(file) for file in files if file.is_file()}
-    manifest = path.with_name(f"{path.name}.json")
-    text = dumps({"sha256": sums, **about}, indent=1, sort_keys=True)
-    atomic_io.write(manifest, text.encode())
-    return manifest
-
-
-def _sha256(path: Path) -> str:
-    """Return the SHA-256 of a file, in hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

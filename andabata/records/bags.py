@@ -20,6 +20,7 @@ from andabata.records.deserialization import (
     UnreadableConnectionError,
     one_line,
 )
+from andabata.records.manifest import changed_files
 from andabata.records.topics import RosMessage
 
 __all__ = [
@@ -87,7 +88,8 @@ class Bag:
 
         Args:
             path: Path of a ``.bag``, ``.mcap`` or ``.db3`` file, or of a ROS 2 folder.
-            damaged: True to read the whole messages of a damaged recording, too.
+            damaged: True to read the whole messages of a damaged recording, too, and to compare
+                its files with the manifest beside it.
 
         Raises:
             BagError: If the path does not exist.
@@ -104,6 +106,7 @@ class Bag:
         self._reasons: dict[int, str] = {}
         self._replaced: tuple[str, ...] = ()
         self._undecoded: dict[str, tuple[int, str]] = {}
+        self._changed = ""
 
     def __enter__(self) -> Self:
         """Open the recording.
@@ -125,6 +128,8 @@ class Bag:
                     f"{self.path}: expected messages, got none that is whole: "
                     f"{self._container.damage[0].reason}"
                 )
+            if self._damaged and not self._container.damage:
+                self._changed = changed_files(self.path)
             self._make_decoders()
         except BaseException:
             self._container.close()
@@ -206,6 +211,8 @@ class Bag:
             more = f" (and {len(damage) - 1} more)" if len(damage) > 1 else ""
             offset = f" at byte {damage[0].offset:,}" if damage[0].size else ""
             unread.append(LeftOut(None, self._opened.lost, f"{damage[0].reason}{offset}{more}"))
+        elif self._changed:
+            unread.append(LeftOut(None, 0, self._changed))
         return unread
 
     def messages(self, topics: tuple[str, ...] | None = None) -> Iterator[Message]:

@@ -17,8 +17,10 @@ from andabata.records.containers.rosbag1_copy import copy_bag
 from andabata.records.containers.rosbag1_file import Rosbag1File
 from andabata.records.containers.sqlite_copy import copy_sqlite
 from andabata.records.containers.sqlite_file import SqliteFile
+from andabata.records.manifest import changed_files
 from andabata.runs import atomic_io
 
+_UNFINISHED = "the recording has no end: its recorder did not finish it"
 _COMPRESSED = (".zstd", ".zst")
 
 
@@ -33,6 +35,7 @@ class SalvageResult:
             lost, too; None if it is unknown.
         reason: Description of the damage; empty without any.
         notes: Facts that a user should know although nothing is lost.
+        finished: True if the recorder finished the file; otherwise its last second may be missing.
     """
 
     messages: int
@@ -40,6 +43,7 @@ class SalvageResult:
     lost_messages: int | None
     reason: str
     notes: tuple[str, ...]
+    finished: bool = True
 
 
 def salvage(source: Path, target: Path) -> SalvageResult:
@@ -74,8 +78,16 @@ def salvage(source: Path, target: Path) -> SalvageResult:
         else:
             _check_suffix(container, target)
             count = _copy_file(container, target, damage)
-        reason = _damage_text(damage)
-        return SalvageResult(count, bool(damage), container.lost, reason, tuple(container.notes))
+        changed = "" if damage else changed_files(source)
+        lost_messages = None if changed else container.lost
+        return SalvageResult(
+            count,
+            bool(damage) or bool(changed),
+            lost_messages,
+            changed or _damage_text(damage) or ("" if container.finished else _UNFINISHED),
+            tuple(container.notes),
+            container.finished,
+        )
 
 
 def _check_suffix(container: Container, target: Path) -> None:

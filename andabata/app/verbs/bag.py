@@ -122,6 +122,7 @@ def salvage(
         "lost_messages": result.lost_messages,
         "reason": result.reason,
         "notes": list(result.notes),
+        "finished": result.finished,
     }
     output.console().result(data, salvage_text(data))
     if result.lost:

@@ -79,6 +79,7 @@ class Container(Protocol):
         damage: Parts that cannot be read.
         lost: Number of messages that the file once held and no longer holds; None if unknown.
         notes: Facts that a user should know although no message is missing.
+        finished: True if the recorder finished it, as far as the format tells.
     """
 
     connections: list[Connection]
@@ -86,6 +87,7 @@ class Container(Protocol):
     damage: list[Damage]
     lost: int | None
     notes: list[str]
+    finished: bool
 
     def read(self, wanted: Collection[int]) -> Iterator[RawMessage]:
         """Yield the messages of some connections in the order of their times of recording."""

@@ -241,6 +241,7 @@ class McapFile:
         missing += sum(orphaned.values())
         self.lost = missing if self._statistics or not self.damage else missing or None
         self.notes: list[str] = []
+        self.finished = finished or self._ended
         if not finished:
             why = "it is damaged" if self._ended else "the recorder did not finish"
             self.notes.append(f"no summary: {why}; read without it")

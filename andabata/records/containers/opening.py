@@ -93,7 +93,7 @@ class DecompressedFile:
             raise
         self.connections, self.counts = self.container.connections, self.container.counts
         self.damage, self.notes = self.container.damage, self.container.notes
-        self.lost = self.container.lost
+        self.lost, self.finished = self.container.lost, self.container.finished
         if reason and not self.damage:
             raise BagError(f"{path}: expected a whole zstd file, got {reason}")
 

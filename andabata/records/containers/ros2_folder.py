@@ -47,6 +47,7 @@ class Ros2Folder:
         self.damage: list[Damage] = []
         self.lost: int | None = 0
         self.files: list[Container] = []
+        self.finished = True
         self.paths: list[Path] = []
         self.metadata = self._metadata()
         try:
@@ -114,6 +115,7 @@ class Ros2Folder:
         self.files.append(file)
         self.paths.append(path)
         self.damage += file.damage
+        self.finished = self.finished and file.finished
         self.notes += [f"{path.name}: {note}" for note in file.notes]
         self.lost = None if self.lost is None or file.lost is None else self.lost + file.lost
         return file

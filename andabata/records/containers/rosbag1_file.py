@@ -270,7 +270,8 @@ class Rosbag1File:
         missing += sum(orphaned.values())
         complete = self._index_is_whole()
         self.lost = missing if complete or not self.damage else missing or None
-        if not self._index_offset:
+        self.finished = bool(self._index_offset)
+        if not self.finished:
             self.notes.append("no index: the recorder did not finish; read without it")
         elif not self.damage:
             by_index = {index: stated.get(n, 0) for index, n in enumerate(self.numbers)}

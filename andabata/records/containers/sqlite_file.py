@@ -42,6 +42,7 @@ class SqliteFile:
         self.path = path
         self.damage: list[Damage] = []
         self.notes: list[str] = []
+        self.finished = True
         self.lost: int | None = 0
         self.database = open_database(path)
         try:
@@ -71,6 +72,8 @@ class SqliteFile:
         self._ids = [int(topic["id"]) for topic in topics]
         self.connections = [_connection(topic, definitions) for topic in topics]
         self._whole = True
+        if "metadata" in tables:
+            self._check_end()
         try:
             query = "SELECT topic_id, count(*) FROM messages GROUP BY topic_id"
             counts = dict(self.database.execute(query).fetchall())
@@ -86,6 +89,13 @@ class SqliteFile:
             reason = "expected a topic of each message, got none for some"
             self.damage.append(Damage(0, 0, reason, orphaned))
             self.lost = None if self.lost is None else self.lost + orphaned
+
+    def _check_end(self) -> None:
+        """Note a file whose recorder did not finish: it writes the metadata at the end."""
+        (rows,) = self.database.execute("SELECT count(*) FROM metadata").fetchone()
+        self.finished = rows > 0
+        if not self.finished:
+            self.notes.append("no metadata: the recorder did not finish")
 
     def _definitions(self) -> dict[str, tuple[str, str]]:
         """Return definition and format of it by message type."""

@@ -167,7 +167,10 @@ def test_a_salvage_counts_its_losses():
     assert salvage_text(data) == "a: 5 messages; 2 messages lost: cut\nnote: n"
     unknown = data | {"lost_messages": None}
     assert "; an unknown number of messages lost: cut" in salvage_text(unknown)
-    assert "; nothing was lost" in salvage_text(data | {"lost": False})
+    whole = data | {"lost": False, "reason": "", "notes": []}
+    assert salvage_text(whole) == "a: 5 messages; nothing was lost"
+    unfinished = salvage_text(whole | {"reason": "no end"})
+    assert unfinished == "a: 5 messages; nothing was lost of what is there; no end"
 
 
 def test_a_training_run_gives_exploring_and_validation():

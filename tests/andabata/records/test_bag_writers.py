@@ -1,16 +1,16 @@
 """Written recordings come back as they were, beside a manifest; paths are new and known."""
 
-import hashlib
-import json
+import shutil
 
 import numpy as np
 import pytest
 
 from andabata.exports.topics import decode_bag_cloud
 from andabata.records import topics
-from andabata.records.bag_writers import open_writer, write_manifest
+from andabata.records.bag_writers import open_writer
 from andabata.records.bags import BagError
 from andabata.records.messages import MessageBuilder
+from andabata.records.salvage import salvage
 from traversability.cloud import PointCloud
 
 
@@ -22,19 +22,6 @@ def test_existing_and_odd_paths_are_refused(tmp_path):
         open_writer(path)
     with pytest.raises(BagError, match=r"\.bag, \.mcap or \.db3"):
         open_writer(tmp_path / "x.txt")
-
-
-def test_the_manifest_holds_checksums_and_facts(tmp_path):
-    """The manifest holds the SHA-256 of a file, or of each file of a folder."""
-    file, folder = tmp_path / "x.mcap", tmp_path / "x.db3"
-    file.write_bytes(b"one")
-    folder.mkdir()
-    (folder / "metadata.yaml").write_bytes(b"two")
-    for path, name, data in ((file, "x.mcap", b"one"), (folder, "metadata.yaml", b"two")):
-        manifest = write_manifest(path, {"seed": 3})
-        assert manifest == path.with_name(f"{path.name}.json")
-        sums = {name: hashlib.sha256(data).hexdigest()}
-        assert json.loads(manifest.read_text()) == {"sha256": sums, "seed": 3}
 
 
 def test_a_cloud_survives_writing_and_reading(tmp_path):
@@ -49,3 +36,22 @@ def test_a_cloud_survives_writing_and_reading(tmp_path):
         cloud = decode_bag_cloud(path, None).cloud
         np.testing.assert_array_equal(cloud.points, points)
         assert cloud.frame == "base_footprint"
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap", "db3"])
+def test_a_killed_recorder_loses_at_most_a_second(tmp_path, kind):
+    """What is on the disk before the end holds all but the last second, and has no end."""
+    path = tmp_path / f"x.{kind}"
+    writer = open_writer(path)
+    builder = MessageBuilder(writer.ros)
+    for k in range(36):
+        message = builder.cloud(0.1 * k, PointCloud(np.zeros((1, 3), np.float32), "lidar"))
+        writer.write(topics.CLOUD, builder.stamp_ns(0.1 * k), message)
+    (shutil.copytree if path.is_dir() else shutil.copy)(path, tmp_path / f"killed.{kind}")
+    killed = salvage(tmp_path / f"killed.{kind}", tmp_path / f"saved.{kind}")
+    assert killed.messages == 30
+    assert (killed.finished, killed.lost) == (False, False)
+    assert killed.reason == "the recording has no end: its recorder did not finish it"
+    writer.close()
+    whole = salvage(path, tmp_path / f"whole.{kind}")
+    assert (whole.messages, whole.finished, whole.reason) == (36, True, "")

@@ -1,5 +1,6 @@
 """Configurations from TOML files and ``--set a.b=c``, with errors that name the field."""
 
+import math
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +11,9 @@ from pydantic import BaseModel, ValidationError
 from andabata.configuration.field_paths import likely_path
 
 Model = TypeVar("Model", bound=BaseModel)
+
+_LARGEST = 2**64
+"""Size from which a whole number is refused: seeds have 64 bits, and floats overflow later."""
 
 
 class SettingsError(ValueError):
@@ -31,7 +35,8 @@ def resolve(
         base: Configuration to begin with; None for the model's defaults.
 
     Raises:
-        SettingsError: If a field is unknown or out of bounds, or the file is not TOML.
+        SettingsError: If a field is unknown or out of bounds, a number is not finite or has more
+            than 64 bits, or the file is not TOML.
     """
     data: dict[str, Any] = base.model_dump() if base is not None else {}
     if file is not None:
@@ -47,10 +52,13 @@ def resolve(
             if not isinstance(place, dict):
                 raise SettingsError(f"--set {name}: expected a group of fields at {part!r}")
         place[last] = _value(value)
+    _check_numbers(data, ())
     try:
-        return kind.model_validate(data)
+        settings = kind.model_validate(data)
     except ValidationError as error:
         raise SettingsError(explain(error, kind)) from error
+    _check_numbers(settings.model_dump(), ())  # Words such as Infinity have become numbers.
+    return settings
 
 
 def with_parts(kind: type[Model], sensor: str, robot: str = "andabata") -> Model:
@@ -90,7 +98,7 @@ def _read(file: Path) -> dict[str, Any]:
     """Return the content of a TOML file."""
     try:
         return tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # Also numbers of 5,000 digits, and depth.
         raise SettingsError(f"{file}: expected TOML, got {error}") from error
     except OSError as error:
         raise SettingsError(f"{file}: expected a readable file, got {error.strerror}") from error
@@ -109,5 +117,23 @@ def _value(text: str) -> Any:  # noqa: ANN401 - any TOML value.
     """Return a TOML value, or the text itself if it is not TOML."""
     try:
         return tomllib.loads(f"x = {text}")["x"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text.strip()
+
+
+def _check_numbers(value: object, path: tuple[str, ...]) -> None:
+    """Check that all numbers of a configuration are finite: infinity passes a lower bound.
+
+    Raises:
+        SettingsError: If one is not, or has more than 64 bits.
+    """
+    if isinstance(value, dict):
+        for name, item in value.items():
+            _check_numbers(item, (*path, str(name)))
+    elif isinstance(value, list | tuple):
+        for item in value:
+            _check_numbers(item, path)
+    elif isinstance(value, float) and not math.isfinite(value):
+        raise SettingsError(f"{'.'.join(path)}: expected a finite number, got {value}")
+    elif isinstance(value, int) and abs(value) >= _LARGEST:
+        raise SettingsError(f"{'.'.join(path)}: expected a number of 64 bits, got a larger one")

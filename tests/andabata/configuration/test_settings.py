@@ -86,3 +86,22 @@ def test_an_unknown_field_is_answered_with_the_one_that_is_meant():
     """A field that is elsewhere is named with its path."""
     with pytest.raises(SettingsError, match=r"radius: .* did you mean inner\.radius\?"):
         resolve(Outer, overrides=["radius=2"])
+
+
+@pytest.mark.parametrize("value", ["inf", "-inf", "nan", "1e999", "Infinity"])
+def test_numbers_are_finite(tmp_path, value):
+    """Infinity passes a lower bound, and is refused with the field's name all the same."""
+    with pytest.raises(SettingsError, match=r"inner\.radius: .*(finite|greater than 0)"):
+        resolve(Outer, None, [f"inner.radius={value}"])
+
+
+def test_oversized_numbers_and_depth_are_errors_of_the_file(tmp_path):
+    """Numbers that no float holds, or that Python does not read, and nesting without end."""
+    with pytest.raises(SettingsError, match=r"inner\.radius: expected a number of 64 bits"):
+        resolve(Outer, None, [f"inner.radius={10**400}"])
+    assert resolve(Outer, None, ["presets=['y']", f"inner.radius={2**64 - 1}"]).inner.radius > 1e19
+    file = tmp_path / "c.toml"
+    for text in (f"x = {'9' * 5000}", f"x = {'[' * 5000}{']' * 5000}"):
+        file.write_text(text)
+        with pytest.raises(SettingsError, match=r"c\.toml: expected TOML"):
+            resolve(Outer, file)

@@ -15,6 +15,9 @@ X, Y, YAW = 0, 1, 5
 SIGMAS = 2.0
 """Size of what is drawn of an uncertainty, in standard deviations."""
 
+_SECTOR = 2.5
+"""Length of the sector that shows the heading [m]."""
+
 _PLANAR = [X, Y, YAW]
 
 _NUMBERS = re.compile(r" (for|by) [\d.]+.*")
@@ -51,7 +54,7 @@ class EstimatorStatus:
     @property
     def position_sigma(self) -> float:
         """Longest half axis of the standard error ellipse of x and y [m]."""
-        return float(np.sqrt(max(np.linalg.eigvalsh(self.covariance[:2, :2])[-1], 0.0)))
+        return longest_sigma(self.covariance[:2, :2])
 
     @property
     def yaw_sigma(self) -> float:
@@ -72,6 +75,15 @@ def without_numbers(cause: str) -> str:
     return _NUMBERS.sub("", cause)
 
 
+def longest_sigma(covariance: NDArray[np.float64]) -> float:
+    """Return the longest half axis of the standard error ellipse [m].
+
+    Args:
+        covariance: Covariance of x and y [m], shape (2, 2).
+    """
+    return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
+
+
 def error_ellipse(covariance: NDArray[np.float64], points: int = 32) -> NDArray[np.float64]:
     """Return the rim of the error ellipse of ``SIGMAS`` standard deviations around the origin.
 
@@ -87,3 +99,20 @@ def error_ellipse(covariance: NDArray[np.float64], points: int = 32) -> NDArray[
     axes = axes * np.sign(np.linalg.det(axes))
     circle = np.stack([np.cos(angles), np.sin(angles)]) * np.sqrt(values.clip(0.0))[:, None]
     return np.asarray(SIGMAS * (axes @ circle).T)
+
+
+def heading_sector(yaw: float, sigma: float, points: int = 13) -> NDArray[np.float64]:
+    """Return tip and arc of the sector around the origin that holds the heading to ``SIGMAS``.
+
+    Args:
+        yaw: Heading [rad].
+        sigma: Its standard deviation [rad].
+        points: Number of points of the arc.
+
+    Returns:
+        Points [m], the tip first, shape (points + 1, 2).
+    """
+    spread = min(SIGMAS * sigma, np.pi)
+    angles = yaw + spread * np.linspace(-1, 1, points)
+    arc = _SECTOR * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return np.concatenate([np.zeros((1, 2)), arc])

@@ -15,6 +15,9 @@ from traversability.virtual_scan import VirtualScan
 NS = 1_000_000_000
 """Number of nanoseconds of a second."""
 
+NAME = "andabata"
+"""Name of our status in a diagnostics message."""
+
 NO_FIX = -1
 """Status of a satellite receiver without a fix."""
 
@@ -370,7 +373,7 @@ class MessageBuilder:
         status = self.new(
             "diagnostic_msgs/msg/DiagnosticStatus",
             level=level,
-            name="andabata",
+            name=NAME,
             message=message,
             hardware_id="",
             values=pairs,

@@ -5,7 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.estimator_status import SIGMAS, EstimatorStatus, error_ellipse
+from andabata.localization.estimator_status import (
+    EstimatorStatus,
+    error_ellipse,
+    heading_sector,
+)
 from andabata.localization.localizer import Health
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
@@ -19,9 +23,6 @@ if TYPE_CHECKING:
 
 _RIM, _ARC = 48, 12
 """Numbers of segments of the ellipse and of the wedge's arc."""
-
-_WEDGE = 2.5
-"""Length of the wedge [m]."""
 
 _LIFT = 0.14
 """Height over the ground [m]."""
@@ -122,10 +123,7 @@ def ellipse_rim(pose: Pose, status: EstimatorStatus) -> NDArray[np.float64]:
 
 def wedge(pose: Pose, status: EstimatorStatus) -> NDArray[np.float64]:
     """Return tip and arc of the sector that holds the heading [m], shape (_ARC + 2, 2)."""
-    spread = min(SIGMAS * status.yaw_sigma, np.pi)
-    angles = pose.yaw + spread * np.linspace(-1, 1, _ARC + 1)
-    arc = _WEDGE * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return np.asarray(pose.position[:2] + np.concatenate([np.zeros((1, 2)), arc]))
+    return np.asarray(pose.position[:2] + heading_sector(pose.yaw, status.yaw_sigma, _ARC + 1))
 
 
 def body_lines(pose: Pose, robot: RobotModel) -> NDArray[np.float64]:

@@ -96,7 +96,7 @@ def error_ellipse(covariance: NDArray[np.float64], points: int = 32) -> NDArray[
     """
     angles = np.linspace(0, 2 * np.pi, points, endpoint=False)
     values, axes = np.linalg.eigh(covariance)
-    axes = axes * np.sign(np.linalg.det(axes))
+    axes = axes * np.array([1.0, np.sign(np.linalg.det(axes))])  # No mirror image: a rotation.
     circle = np.stack([np.cos(angles), np.sin(angles)]) * np.sqrt(values.clip(0.0))[:, None]
     return np.asarray(SIGMAS * (axes @ circle).T)
 

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from andabata.localization.estimator_status import EstimatorStatus
+from andabata.localization.estimator_status import (
+    EstimatorStatus,
+    error_ellipse,
+    heading_sector,
+    without_numbers,
+)
 from andabata.localization.localizer import Health
 
 
@@ -37,3 +42,34 @@ def test_causes_and_unused_readings_are_text():
     assert words.cause == "imu: silent for 1.0 s; gnss: not accepted for 9.0 s"
     assert words.unused_in_words == ["compass: 12 beyond the gate, 3 invalid", "gnss: 1 too late"]
     assert status().cause == ""
+
+
+def test_every_point_of_the_ellipse_is_two_sigma_away():
+    """By its own covariance, correlated or not, counter-clockwise."""
+    covariance = np.array([[2.0, 0.9], [0.9, 1.0]])
+    rim = error_ellipse(covariance, 20)
+    distances = np.einsum("ki,ij,kj->k", rim, np.linalg.inv(covariance), rim)
+    np.testing.assert_allclose(distances, 4.0)
+    x, y = rim.T
+    assert np.all(x * np.roll(y, -1) - y * np.roll(x, -1) > 0)
+
+
+def test_a_heading_that_is_unknown_is_a_whole_turn():
+    """Never more, however large its sigma."""
+    tip, *arc = heading_sector(0.3, 10.0)
+    assert tip.tolist() == [0.0, 0.0]
+    np.testing.assert_allclose(arc[0], arc[-1], atol=1e-12)
+    np.testing.assert_allclose(np.hypot(*np.array(arc).T), 2.5)
+
+
+@pytest.mark.parametrize(
+    ("cause", "kind"),
+    [
+        ("gnss: not accepted for 9.0 s, no valid reading arrives", "gnss: not accepted"),
+        ("heading: uncertain by 40 degrees, limit 20", "heading: uncertain"),
+        ("imu: silent for 1.0 s", "imu: silent"),
+    ],
+)
+def test_causes_of_a_kind_are_alike_without_their_numbers(cause, kind):
+    """They can be counted."""
+    assert without_numbers(cause) == kind

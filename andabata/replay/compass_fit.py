@@ -61,7 +61,8 @@ class CompassFit(NamedTuple):
     """Horizontal field over the turns of a gyro.
 
     Attributes:
-        earth: Field that turns as the robot's heading wants, ``p`` [uT].
+        earth: Field that turns as the robot's heading wants, ``p`` [uT]; turns are those of a gyro
+            that is right in the middle of the time.
         soft: Field that turns the other way, ``q`` [uT].
         hard: Field that turns with the robot, ``c`` [uT].
         sigma: Standard deviations of these three [uT].

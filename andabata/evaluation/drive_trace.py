@@ -68,6 +68,7 @@ class DriveTrace:
             truth.linear[0],
             *_belief(self._localizer.pose, truth.pose, status),
         )
+        # Millimetres are enough for curves, and keep the file small.
         self.rows.append([round(float(value), 3) for value in row])
         self._unused.append(
             {

@@ -257,6 +257,7 @@ class _DriveWatcher:
         walkers = simulated_robot.simulator.walkers
         self.trace = DriveTrace(simulated_robot.localizer)
         self.error = EstimateError(simulated_robot.localizer)
+        simulated_robot.navigator.spectators.append(self._on_decision)
         self._rows = [] if walkers is None else [walkers.track.now]
         self._on_second = on_second
 
@@ -265,10 +266,13 @@ class _DriveWatcher:
         """Rows as in ``SensorReadings``, shape (t, m, 5); (0, 0, 5) without walkers."""
         return np.array(self._rows) if self._rows else np.zeros((0, 0, 5))
 
+    def _on_decision(self, result: StepResult) -> None:
+        """Compare the estimate with the truth of the readings that it is made of."""
+        self.trace.add(result.readings)
+        self.error.add(result.readings)
+
     def on_step(self, readings: SensorReadings) -> None:
-        """Take in the readings of a control step."""
-        self.trace.add(readings)
-        self.error.add(readings)
+        """Take in the readings of a control step, which the navigator has not seen yet."""
         # Control steps are tenths of a second, whose sums are not exact.
         if round(readings.stamp * 10) % 10:
             return

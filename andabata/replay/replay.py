@@ -252,7 +252,9 @@ class BagReplay:
     def _advise_on_compass(self) -> None:
         """Note what is wrong with the compass and the step to take, once for all pieces."""
         mounting = self._mountings.rotation("compass")
-        if mounting is None or self._has_compass_advice:
+        # A gyro that contradicts the wheels is no judge of a compass.
+        is_gyro_wrong = any(text.startswith("imu:") for text in self._drive.extrinsics.failures)
+        if mounting is None or is_gyro_wrong or self._has_compass_advice:
             return
         advice = self._compass.advice(self._drive.units.magnetic_field, mounting)
         if advice is not None:

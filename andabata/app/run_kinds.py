@@ -12,6 +12,7 @@ from andabata.app.command import Given
 from andabata.app.console import table_of
 from andabata.app.options.evaluation import (
     BarnEvaluationOptions,
+    JudgedRobotOptions,
     OffroadEvaluationOptions,
     RoomEvaluationOptions,
     TrialOptions,
@@ -182,7 +183,7 @@ RUN_KINDS: list[RunKind] = [
         ("evaluate",),
         tasks=(OFFROAD,),
         options=(TrialOptions, OffroadEvaluationOptions),
-        shared=(RobotOptions, ClassifierOptions),
+        shared=(JudgedRobotOptions, ClassifierOptions),
         evaluation=f"{_APP}jobs.offroad:offroad_evaluation",
         report=f"{_REPORT}evaluation:report_evaluation",
         table=f"{_APP}perturbation_tables:offroad_tables",

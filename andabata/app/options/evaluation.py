@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from andabata.app.options.models import ClassifierOptions
+from andabata.app.options.shared import RealityLevel, RobotOptions
 from andabata.configuration.usage import UsageError
 from worlds.splits import EVALUATIONS
 
@@ -87,6 +88,13 @@ class TrialOptions:
             rich_help_panel=_BOTH,
         ),
     ] = None
+
+
+@dataclass(frozen=True)
+class JudgedRobotOptions(RobotOptions):
+    """Simulated robot that is judged off-road: ``--sensor``, ``--robot``, ``--reality``."""
+
+    reality: RealityLevel = "field"
 
 
 @dataclass(frozen=True)

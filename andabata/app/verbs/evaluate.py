@@ -6,12 +6,11 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import Given, OptionGroups, command
-from andabata.app.options.evaluation import EvaluationModelOptions
+from andabata.app.options.evaluation import EvaluationModelOptions, JudgedRobotOptions
 from andabata.app.options.shared import (
     ConsoleOptions,
     EngineOptions,
     EvaluationSeed,
-    RobotOptions,
     SettingsOptions,
 )
 from andabata.app.options.task import EvaluationTaskName
@@ -26,7 +25,7 @@ def evaluate(
         Path | None, typer.Option(help="Folder for the table; a killed evaluation goes on there.")
     ] = None,
     own: Annotated[Given, OptionGroups(option_groups("evaluate"))],
-    robot: RobotOptions,
+    robot: JudgedRobotOptions,
     settings: SettingsOptions,
     models: EvaluationModelOptions,
     seed: EvaluationSeed = 0,

@@ -24,7 +24,7 @@ def test_the_command_prints_one_table_and_resumes(capsys, tmp_path):
         return json.loads(out)
 
     data = result()
-    assert data["reality"] == "ideal"
+    assert data["reality"] == "field"
     assert "perturbations" not in data
     assert set(data["rows"][0]) >= {
         *("controller", "world", "goal", "trials", "successes", "collisions", "tipovers"),

@@ -106,6 +106,7 @@ def run_trial(
         state = _truth(readings)
         monitor.begin(state, np.array(goal))
         simulated_robot.navigator.set_goal(np.array(goal))
+        # From where it stands: it has stopped within the radius of the goal before, not at it.
         shortest = safe_length(world, state.pose.position[:2], goal, terminations.goal_radius)
         outcome: Outcome | None = None
         while outcome is None:
@@ -116,6 +117,7 @@ def run_trial(
             if on_step is not None:
                 on_step(readings)
         attempts.append(measured(number, outcome, shortest, monitor))
+        # The next goal lies ahead of this one: from where the robot failed it is another task.
         if outcome is not Outcome.GOAL:
             break
     return tuple(attempts)

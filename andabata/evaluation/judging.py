@@ -59,7 +59,7 @@ def checked_seed(seed: int, release: str | None, count: int | None = None) -> in
         )
     refuse_judging(seed, release)
     if release is None and count is not None and seed >= count:
-        raise ValueError(f"seed: expected 0 to {count - 1}, got {seed}")
+        raise ValueError(f"seed: input should be less than {count}, got {seed}")
     return seed
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
-from andabata.configuration.usage import UsageError
 from terrain.compilation import on_first_compilation
 from worlds.splits import EVALUATIONS, refuse_judging
 
@@ -39,7 +38,7 @@ def _seed(seed: int) -> int:
 def _evaluation_seed(seed: int) -> int:
     """Return a seed that has evaluation worlds."""
     if _seed(seed) >= EVALUATIONS:
-        raise UsageError(f"--seed: expected 0 to {EVALUATIONS - 1}, got {seed}")
+        raise typer.BadParameter(f"{seed} is not in the range 0<=x<={EVALUATIONS - 1}.")
     return seed
 
 
@@ -160,7 +159,7 @@ class EngineOptions:
         Raises:
             UsageError: If there is no such engine, or an address is given to another one than Ray.
         """
-        from andabata.configuration.usage import one_word
+        from andabata.configuration.usage import UsageError, one_word
         from andabata.engine import SerialEngine
         from andabata.engine_processes import ProcessEngine
         from andabata.engine_ray import RayEngine

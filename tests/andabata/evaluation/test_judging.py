@@ -44,7 +44,7 @@ def test_the_seed_of_a_release_is_of_the_judging_split():
         checked_seed(SEED, None, EVALUATIONS)
     with pytest.raises(ValueError, match=r"expected that of release 0\.2\.0, 500800000, got 3"):
         checked_seed(3, "0.2.0")
-    with pytest.raises(ValueError, match="seed: expected 0 to 9999, got 10000"):
+    with pytest.raises(ValueError, match="seed: input should be less than 10000, got 10000"):
         checked_seed(EVALUATIONS, None, EVALUATIONS)
 
 

@@ -10,6 +10,7 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.settings import resolve
 from andabata.evaluation.drive_trace import TRACE_COLUMNS
 from andabata.evaluation.offroad import EvaluationConfig, attempt_of
+from andabata.evaluation.offroad_pairs import controller_differences
 from andabata.evaluation.offroad_table import failure_causes, summarise
 from andabata.report.run_folders import EVALUATION
 from andabata.runs.folder import describe
@@ -92,6 +93,7 @@ def written_evaluation(folder, controllers=("planner", "reactive"), picture=(640
             Image.effect_noise(picture, 90).save(folder / f"failures/{name}.png")
     driven = [attempt_of(row) for row in rows]
     data = {"rows": summarise(driven, controllers), "failures": failure_causes(driven), "seed": 0}
+    data["differences"] = controller_differences(driven, controllers)
     data["config"] = config.model_dump(mode="json")
     (folder / EVALUATION).write_text(json.dumps(data, sort_keys=True))
     about = describe("evaluate", data["config"], 0) | {"task": "offroad"}

@@ -25,7 +25,7 @@ def offroad_tables(data: Data) -> Group:
     names = list(dict.fromkeys(row["controller"] for row in compared))
     undisturbed = [row for row in data["rows"] if row["controller"] in names]
     tables = (_table([row for row in compared if row["controller"] == name]) for name in names)
-    return Group(evaluation_tables({"rows": undisturbed}), *tables)
+    return Group(evaluation_tables({**data, "rows": undisturbed}), *tables)
 
 
 def _table(rows: Sequence[Data]) -> "Table":

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Group
 
 from andabata.app.console import table_of
+from andabata.evaluation.offroad_table import success_text
 from andabata.report.columns import heading
 
 if TYPE_CHECKING:
@@ -41,10 +42,17 @@ def drive_text(title: str, data: Data) -> str:
     lines += [
         f"goal {attempt['goal']}: {_ending(attempt)} after {attempt['time_s']:.1f} s and "
         f"{attempt['distance_m']:.1f} m, {attempt['trespass_m']:.1f} m on forbidden ground"
+        f"{_word(attempt)}"
         for attempt in data["attempts"]
     ]
     lines += [f"{name}: {data[name]}" for name in ("picture", "record", "clip") if name in data]
     return "\n".join(lines)
+
+
+def _word(attempt: Data) -> str:
+    """Return how far from the goal the robot was when it declared it reached, if it did."""
+    error = attempt.get("arrival_error_m")
+    return "" if error is None else f"; declared reached {error:.2f} m from it"
 
 
 def _ending(attempt: Data) -> str:
@@ -55,9 +63,14 @@ def _ending(attempt: Data) -> str:
 
 
 def evaluation_tables(data: Data) -> Group:
-    """Return a table for each world of an evaluation off-road."""
+    """Return a table for each world of an evaluation off-road, and what counts as success.
+
+    Earlier versions, in which the true pose ended a drive, do not say so.
+    """
     rows = data["rows"]
-    return Group(*(_evaluation_table(rows, name) for name in dict.fromkeys(_worlds(rows))))
+    tables = (_evaluation_table(rows, name) for name in dict.fromkeys(_worlds(rows)))
+    within = data.get("success_within")
+    return Group(*tables, *([] if within is None else [success_text(within)]))
 
 
 def _worlds(rows: Sequence[Data]) -> Iterable[str]:
@@ -69,19 +82,24 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     """Return the table of one world, narrow enough for a terminal of 80 columns.
 
     Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers.
+    ``strict`` are trials with a clean outline up to the goal, ``false`` arrivals too far from it.
     """
     there = [row for row in rows if row["world"] == world]
     walkers = any(row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0) for row in there)
+    outside = any(row.get("left_world") for row in there)
     shown = [
         {
             "controller": row["controller"],
             "goal": str(row["goal"]),
             "reached": f"{row['successes']}/{row['trials']}",
             "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
+            "strict": row.get("strict_successes"),
             "hit": _by_whom(row) if walkers else row["collisions"],
             "tip": row["tipovers"],
             "late": row["timeouts"],
             "stuck": row["stuck"],
+            "false": row.get("false_arrivals"),
+            **({"out": row["left_world"]} if outside else {}),
             "spl": f"{row['spl']:.2f}",
             "no-go": None
             if row["trespass_share"] is None

@@ -17,6 +17,7 @@ from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
 from andabata.machine.robot import RobotModel
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
+from andabata.navigation.arrival import ArrivalConfig
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.navigation.controller import NoPlanner, Steering
 from andabata.navigation.navigator import Navigator
@@ -41,6 +42,7 @@ class NavigatorConfig(BaseModel):
         errors: Errors of the true pose.
         local_planner: Settings of the local planner.
         rollouts: Settings of its rollouts.
+        arrival: Rules by which the robot declares a goal reached.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -54,6 +56,7 @@ class NavigatorConfig(BaseModel):
     errors: NoisyGroundTruthConfig = Field(default_factory=NoisyGroundTruthConfig)
     local_planner: LocalPlannerConfig = Field(default_factory=LocalPlannerConfig)
     rollouts: TrajectoryRolloutsConfig = Field(default_factory=TrajectoryRolloutsConfig)
+    arrival: ArrivalConfig = Field(default_factory=ArrivalConfig)
 
 
 class NavigatorParts(NamedTuple):
@@ -91,7 +94,7 @@ def make_navigator(
     has_planner = not isinstance(steering.planner, NoPlanner)
     localizer = make_localizer(config, rng)
     perception = make_perception(config, models, has_planner)
-    navigator = Navigator(config.robot, localizer, perception, steering)
+    navigator = Navigator(config.robot, localizer, perception, steering, arrival=config.arrival)
     return NavigatorParts(navigator, localizer, perception)
 
 

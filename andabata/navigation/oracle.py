@@ -6,8 +6,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import Twist
 from andabata.machine.robot import RobotModel
+from andabata.navigation.arrival import ARRIVAL_DISTANCE
 from andabata.navigation.controller import ControllerInput
-from andabata.navigation.planning.rollout_prices import ARRIVED, STEP
+from andabata.navigation.planning.rollout_prices import STEP
 from andabata.navigation.planning.trajectory_rollouts import arc_fan
 from worlds.world import World
 
@@ -100,7 +101,7 @@ class OracleController:
         x = position[0] + c * self._fan[..., 0] - s * self._fan[..., 1]
         y = position[1] + s * self._fan[..., 0] + c * self._fan[..., 1]
         to_goal = np.hypot(x - goal[0], y - goal[1])
-        arrived = np.minimum.accumulate(to_goal, axis=1) < ARRIVED
+        arrived = np.minimum.accumulate(to_goal, axis=1) < ARRIVAL_DISTANCE
         # What is driven has to count, or a later arrival would be as good, for ever.
         driven = self._stride * (~arrived).sum(axis=1)
         clearance = np.where(arrived, np.inf, self._truth.clearance_at(x, y))

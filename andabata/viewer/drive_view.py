@@ -316,7 +316,10 @@ def _text(frame: DriveFrame) -> str:
     lines = [f"**{frame.stamp:.1f} s**, estimate {frame.health}"]
     if frame.goal is not None:
         away = float(np.hypot(*(frame.goal - frame.pose.position[:2])))
-        lines.append(f"goal at {frame.goal[0]:.1f}, {frame.goal[1]:.1f} m: {away:.1f} m away")
+        there = ", declared reached" if frame.has_arrived else ""
+        lines.append(
+            f"goal at {frame.goal[0]:.1f}, {frame.goal[1]:.1f} m: {away:.1f} m away{there}"
+        )
     if frame.is_true:
         error = float(np.hypot(*(frame.estimate.position - frame.pose.position)[:2]))
         lines.append(f"estimate off by {error:.2f} m")

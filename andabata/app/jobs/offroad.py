@@ -36,7 +36,15 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
 
     def tabulate(attempts: Sequence[OffroadAttempt], _: Engine) -> dict[str, Any]:
         rows = summarise(attempts, [arm.name for arm in config.arms])
-        data = {"rows": rows, "failures": failure_causes(attempts), "reality": reality}
+        data: dict[str, Any] = {
+            "rows": rows,
+            "failures": failure_causes(attempts),
+            "reality": reality,
+            "success_within": {
+                "radius_m": config.terminations.goal_radius,
+                "tolerance_m": config.tolerance,
+            },
+        }
         if config.perturb:
             data["perturbations"] = perturbation_rows(attempts, config.arms)
         return data

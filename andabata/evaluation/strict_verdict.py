@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState
 from andabata.machine.solid_contact import Solids, build_solids, find_near, meet_box
-from andabata.machine.vectors import Vector, axes_of, to_map
+from andabata.machine.vectors import Axes, Vector, added, axes_of, dot
 from terrain.classes import TRAITS
 from terrain.kernel import borrowing_kernel
 from worlds.traversability_map import Reason
@@ -70,7 +70,7 @@ class Outline(NamedTuple):
     Attributes:
         points: Points of the outline in ``base_footprint`` [m], shape (k, 2).
         half: Half of the edges of the body's box [m].
-        middle: Height of the box's middle above ``base_footprint`` [m].
+        bottom: Height of the box's bottom above ``base_footprint`` [m].
         reach: Distance along each axis at which objects are looked for [m].
         forbidden: 1 in each cell of the true map that is forbidden, uint8, shape (n, m).
         x_min: Least map x of the true map [m].
@@ -81,7 +81,7 @@ class Outline(NamedTuple):
 
     points: NDArray[np.float64]
     half: Vector
-    middle: float
+    bottom: float
     reach: float
     forbidden: NDArray[np.uint8]
     x_min: float
@@ -137,7 +137,7 @@ def outline_of(world: World, robot: RobotModel) -> Outline:
     return Outline(
         points=_rectangle(robot.length, robot.width),
         half=half,
-        middle=(robot.height + _SKIRT) / 2,
+        bottom=_SKIRT,
         reach=math.hypot(*half) + SOLID_REACH,
         forbidden=forbidden.astype(np.uint8),
         x_min=truth.x_min,
@@ -188,10 +188,31 @@ def look_around(
         if 0 <= i < n and 0 <= j < m and outline.forbidden[i, j] > 0:
             is_forbidden = True
             break
-    a, b, c = to_map(axes, 0.0, 0.0, outline.middle)
-    centre = position[0] + a, position[1] + b, position[2] + c
-    distance = np.inf
-    for k in range(find_near(centre, outline.reach, outline.solids, near)):
-        contact = meet_box(centre, axes, outline.half, outline.solids, near[k])
-        distance = min(distance, contact.gap)
+    foot = position[0], position[1], position[2]
+    centre = added(foot, axes.up, outline.bottom + outline.half[2])
+    distance, solids = np.inf, outline.solids
+    for k in range(find_near(centre, outline.reach, solids, near)):
+        # What a wheel climbs, and what is above the robot, is as near as it likes.
+        if is_beside(centre, axes, outline.half[2], solids, near[k]):
+            gap = meet_box(centre, axes, outline.half, solids, near[k]).gap
+            distance = min(distance, gap)
     return is_forbidden, distance
+
+
+@borrowing_kernel
+def is_beside(centre: Vector, axes: Axes, half_height: float, solids: Solids, k: int) -> bool:
+    """Return True if an object is neither below nor above a box, by the box's own axis.
+
+    Args:
+        centre: Middle of the box in the map [m].
+        axes: Axes of the box.
+        half_height: Half of its height [m].
+        solids: Solid objects.
+        k: Index of the object.
+    """
+    low, high = np.inf, -np.inf
+    for v in range(solids.starts[k], solids.starts[k + 1]):
+        vertex = solids.vertices[v, 0], solids.vertices[v, 1], solids.vertices[v, 2]
+        height = dot(added(vertex, centre, -1.0), axes.up)
+        low, high = min(low, height), max(high, height)
+    return high > -half_height and low < half_height

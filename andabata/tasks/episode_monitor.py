@@ -86,7 +86,8 @@ class EpisodeMonitor:
         self.contact = state.contact
         self.path.append(state.pose.position.copy())
         # A goal that the robot does not know to be reached is not reached.
-        goal_distance = np.inf if has_arrived is False else self.goal_distance(state)
+        is_waited_for = has_arrived is not None and not has_arrived
+        goal_distance = np.inf if is_waited_for else self.goal_distance(state)
         drives = Drives(
             positions=position[None],
             goal_distances=np.array([goal_distance]),

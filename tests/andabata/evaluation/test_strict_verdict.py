@@ -78,11 +78,12 @@ def test_solids_are_what_a_robot_cannot_drive_over(make_ground, semantic, height
     assert (found.solid_distance is not None) == is_solid
 
 
-def test_a_branch_above_the_robot_is_far_enough(make_ground):
-    """A solid counts by its distance from the body's box, which ends at the robot's height."""
-    beam = box(SemanticClass.WALL, (0.0, 0.0, ROBOT.height + 0.3), (1.0, 1.0, 0.4))
+@pytest.mark.parametrize(("height", "distance"), [(0.01, None), (-0.01, 0.165)])
+def test_what_is_above_the_robot_does_not_count(make_ground, height, distance):
+    """A beam that begins above the robot's height is no solid beside it, one below that is."""
+    beam = box(SemanticClass.WALL, (1.0, 0.0, ROBOT.height + height + 0.2), (1.0, 1.0, 0.4))
     found = measured(make_ground(objects=[beam]), state(0.0))
-    assert found.solid_distance == pytest.approx(0.1, abs=1e-6)
+    assert found.solid_distance == (None if distance is None else pytest.approx(distance, abs=1e-6))
 
 
 def test_the_outline_counts_and_not_the_middle(make_ground):

@@ -182,7 +182,7 @@ def test_the_tolerance_is_that_of_the_receiver_unless_it_is_given(make_ground):
 def test_a_strict_success_is_a_success_with_a_clean_outline(make_ground):
     """A drive past a wall at a hand's breadth is none; records without a verdict have none."""
     task = Task(TASK.start, GOALS[:1])
-    wall = box(SemanticClass.WALL, (2.5, 0.42, 1.0), (1.0, 0.2, 2.0))
+    wall = box(SemanticClass.WALL, (2.5, 0.39, 1.0), (5.0, 0.2, 2.0))
     clear, close = (
         run_trial(Puppet(make_ground(objects=some)), task, RULES, np.random.default_rng(0))[0]
         for some in ([], [wall])

@@ -63,14 +63,16 @@ def _ending(attempt: Data) -> str:
 
 
 def evaluation_tables(data: Data) -> Group:
-    """Return a table for each world of an evaluation off-road, and what counts as success.
+    """Return two tables for each world of an evaluation off-road, and what counts as success.
 
-    Earlier versions, in which the true pose ended a drive, do not say so.
+    Earlier versions, in which the true pose ended a drive, have the first alone.
     """
-    rows = data["rows"]
-    tables = (_evaluation_table(rows, name) for name in dict.fromkeys(_worlds(rows)))
-    within = data.get("success_within")
-    return Group(*tables, *([] if within is None else [success_text(within)]))
+    rows, within = data["rows"], data.get("success_within")
+    worlds = dict.fromkeys(_worlds(rows))
+    if within is None:
+        return Group(*(_evaluation_table(rows, name) for name in worlds))
+    tables = ((_evaluation_table(rows, name), _verdict_table(rows, name)) for name in worlds)
+    return Group(*(table for both in tables for table in both), success_text(within))
 
 
 def _worlds(rows: Sequence[Data]) -> Iterable[str]:
@@ -81,25 +83,19 @@ def _worlds(rows: Sequence[Data]) -> Iterable[str]:
 def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     """Return the table of one world, narrow enough for a terminal of 80 columns.
 
-    Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers.
-    ``strict`` are trials with a clean outline up to the goal, ``false`` arrivals too far from it.
-    """
+    Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers."""
     there = [row for row in rows if row["world"] == world]
     walkers = any(row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0) for row in there)
-    outside = any(row.get("left_world") for row in there)
     shown = [
         {
             "controller": row["controller"],
             "goal": str(row["goal"]),
             "reached": f"{row['successes']}/{row['trials']}",
             "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
-            "strict": row.get("strict_successes"),
             "hit": _by_whom(row) if walkers else row["collisions"],
             "tip": row["tipovers"],
             "late": row["timeouts"],
             "stuck": row["stuck"],
-            "false": row.get("false_arrivals"),
-            **({"out": row["left_world"]} if outside else {}),
             "spl": f"{row['spl']:.2f}",
             "no-go": None
             if row["trespass_share"] is None
@@ -109,6 +105,39 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     ]
     title = f"{world}. hit: by the robot + by walkers" if walkers else world
     return table_of(shown, title)
+
+
+def _verdict_table(rows: Sequence[Data], world: str) -> "Table":
+    """Return strict successes, words of arrival and errors of one world.
+
+    ``strict`` are trials with a clean outline up to the goal, ``false`` arrivals declared too far
+    from it, ``out`` robots that left the world. The true distance to the goal at the word and the
+    error of the estimate at the end are means.
+    """
+    shown = [
+        {
+            "controller": row["controller"],
+            "goal": str(row["goal"]),
+            "strict": f"{_count(row['strict_successes'])}/{row['trials']}",
+            "false": row["false_arrivals"],
+            "out": row["left_world"],
+            "true distance": _metres(row["arrival_error_m"]),
+            "estimate off": _metres(row["position_error_m"]),
+        }
+        for row in rows
+        if row["world"] == world
+    ]
+    return table_of(shown, f"{world}. strict verdict, and the robot's own word")
+
+
+def _count(count: int | None) -> str:
+    """Return a count; a dash for one that is not known."""
+    return "-" if count is None else str(count)
+
+
+def _metres(length: float | None) -> str | None:
+    """Return a length with its unit."""
+    return None if length is None else f"{length:.2f} m"
 
 
 def _by_whom(row: Data) -> str:

@@ -220,6 +220,20 @@ def test_true_places_of_walkers_are_recorded_while_they_are_there():
     assert (pose.position.x, pose.position.y, pose.position.z) == (1.0, 2.0, 0.5)
 
 
+def test_a_goal_that_is_declared_reached_is_recorded_once():
+    """Its place in the map, in the step of the word; the next goal has a message of its own."""
+    drive, writer = PlannedDrive(), MemoryWriter()
+    queue = MessageQueue(writer, MessageBuilder(1, 0))
+    recorder = Recorder(queue, drive.localizer, None, GRID.bearings)
+    step = drive.navigator.step(SensorReadings(0.1))
+    for arrived, goal in ((False, 8.0), (True, 8.0), (True, 8.0), (False, 3.0), (True, 3.0)):
+        recorder.queue_commands(step._replace(has_arrived=arrived, goal=np.array([goal, 0.5])))
+    queue.flush()
+    found = [m for _, topic, m in writer.messages if topic is topics.GOAL_REACHED]
+    assert [m.pose.position.x for m in found] == [8.0, 3.0]
+    assert {m.header.frame_id for m in found} == {"map"}
+
+
 def test_a_sweep_leaves_at_its_end_and_a_fix_with_its_period():
     """A sweep is recorded after its last beam, with its own stamp in the header."""
     writer, builder = MemoryWriter(), MessageBuilder(1, 0)

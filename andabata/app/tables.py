@@ -83,7 +83,8 @@ def _worlds(rows: Sequence[Data]) -> Iterable[str]:
 def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     """Return the table of one world, narrow enough for a terminal of 80 columns.
 
-    Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers."""
+    Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers.
+    """
     there = [row for row in rows if row["world"] == world]
     walkers = any(row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0) for row in there)
     shown = [

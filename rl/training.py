@@ -257,14 +257,3 @@ def _add(
     parts = list(zip(*(part.tolist() for part in terms.values()), strict=True))
     for k, recorder in playing.items():
         recorder.add(totals[k], dict(zip(names, parts[k], strict=True)) if parts else {})
-
-
-def serial_rollouts(environments: Sequence[Environment]) -> RolloutFunction:
-    """Return a function that plays episodes in this process; one environment a stage."""
-
-    def rollout(
-        policy: Policy, action_repeat: int, specs: Sequence[EpisodeSpec], explore: bool
-    ) -> list[Episode]:
-        return [play(environments[one.stage], policy, action_repeat, one, explore) for one in specs]
-
-    return rollout

@@ -76,6 +76,7 @@ TESTED_BY = {
     "andabata/report/plots/bench": f"{BENCH}test_speed.py",
     "andabata/report/plots/svg": f"{REPORT}test_page.py",
     "andabata/report/rooms": f"{REPORT}test_pages.py",
+    "andabata/report/training_page": f"{REPORT}test_training.py",
     "andabata/report/run_folders": f"{APP}jobs/test_drive.py",
     # The live view, which a browser shows.
     "andabata/viewer/controls": BROWSER,

@@ -5,7 +5,6 @@ import os
 import re
 import secrets
 import shlex
-import shutil
 import signal
 import socket
 import subprocess
@@ -21,7 +20,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
-from andabata.bench.studies.ros_graph import Graph, enable_interrupts, has_tools, stop
+from andabata.bench.studies.ros_graph import Graph, enable_interrupts, stop
 from andabata.bench.train_models import commands
 from andabata.configuration.settings import SettingsError, resolve
 from andabata.datasets.labelled_cloud import CloudsConfig
@@ -42,6 +41,7 @@ from tests.support.documents import (
     spans,
     verbs,
 )
+from tests.support.ros_tools import has_tools
 from traversability.cartesian.classifier import GroundClassifierConfig
 from traversability.cloud import PointCloud
 from traversability.files import cloud_to_bytes, read_cloud
@@ -430,7 +430,7 @@ def wait_for_an_answer(address: str) -> None:
 
 
 @pytest.mark.skipif(
-    not (has_tools() and shutil.which("roscore", path="/usr/bin")),
+    not has_tools("roscore"),
     reason="ROS 1's tools are not installed (`make ros`)",
 )
 @pytest.mark.parametrize("document", [each for each in DOCUMENTS if lines_of_a_graph(each)])

@@ -74,10 +74,6 @@ class TraversabilityMap:
         """Return True at each forbidden map place [m], same shape as ``x``."""
         return self.reason_at(x, y) != Reason.FREE
 
-    def solid_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.bool_]:
-        """Return True at each map place [m] with a solid object, same shape as ``x``."""
-        return np.isin(self.reason_at(x, y), (Reason.SOLID, Reason.LOW))
-
     def clearance_at(self, x: Floats | float, y: Floats | float) -> NDArray[np.float32]:
         """Return the distance from map places [m] to the nearest forbidden cell [m]."""
         return self.clearance[self._index(x, y)]

@@ -28,6 +28,7 @@ from andabata.exports.tracks import is_drive_folder
 from andabata.records.bags import LeftOut
 
 _FILES = (RERUN, *SUFFIXES)
+# A folder may be called drive.2: what looks like a suffix begins with a letter and is short.
 _LOOKS_LIKE_A_FILE = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,7}")
 
 
@@ -122,6 +123,7 @@ def export(request: ExportRequest, on_message: Callable[[], None]) -> Exported:
 
 def _to_rerun(request: ExportRequest, on_message: Callable[[], None]) -> Exported:
     """Write a file for rerun; polar cells come from the shipped classifier."""
+    # Loaded here: no other format needs cells, and the forest takes longer than the rest.
     from andabata.models import shipped_forest
     from traversability.grid import PolarGrid
     from traversability.scanner import TraversabilityScanner

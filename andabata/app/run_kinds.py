@@ -252,9 +252,11 @@ def refuse_foreign(kind: RunKind, task: str, given: Given) -> None:
     Raises:
         UsageError: If an option of another task is given.
     """
+    # Ignored without a word, such an option would seem to be what the figures are of.
     seen = {*kind.options, *kind.shared}
     for other in kinds_of(kind.verbs[0]):
         groups = [group for group in (*other.options, *other.shared) if group not in seen]
+        # A group that several tasks share is named once, with the first of them.
         seen.update(groups)
         names = [name for group in groups for name in _changed(group, given)]
         if names:

@@ -49,12 +49,15 @@ class CloudSource:
 
     def read(self, file: Path) -> DecodedCloud:
         """Return the cloud of a file, or one of a recording."""
+        # By its suffix too: a damaged recording is refused as a recording, not as an unknown
+        # kind of cloud.
         if file.suffix in (".bag", ".mcap") or is_recording(file):
             decoded = decode_bag_cloud(
                 file, self.topic, self.number, dict(self.mountings), self.unit
             )
             return decoded if self.labels is None else self.labels.apply(decoded)
         decoded = decode_cloud_file(file, self.columns, self.unit, self.labels)
+        # A mounting that is given says that the coordinates are those of the sensor.
         if "laser" not in self.mountings:
             return decoded
         return replace(decoded, cloud=replace(decoded.cloud, frame="sensor"))
@@ -94,6 +97,7 @@ def scan_files(
         try:
             data, drawn = scan_file(source.read(file), file.name, config, forest, source.labels)
         except (ValueError, OSError) as error:
+            # Of several clouds the others are still scanned.
             if len(files) == 1:
                 raise
             results.append({"file": str(file), "error": " ".join(str(error).split())})

@@ -86,6 +86,7 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers.
     """
     there = [row for row in rows if row["world"] == world]
+    # Rows of earlier versions do not tell who hit whom.
     walkers = any(row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0) for row in there)
     shown = [
         {
@@ -247,6 +248,7 @@ def study_table(data: Data) -> "Table":
 def recording_table(found: "BagSummary", title: str) -> "Table":
     """Return the topics of a recording, with the columns that differ between topics."""
     shown = ["topic", "type", "messages", "rate_hz"]
+    # A column that says the same of every topic is left out.
     shown += ["connections"] if any(topic.connections > 1 for topic in found.topics) else []
     shown += ["readable"] if not all(topic.readable for topic in found.topics) else []
     rows = [topic.to_json() for topic in found.topics]
@@ -299,6 +301,7 @@ def scan_text(data: Data) -> str:
     """Return the figures of a scan as a sentence."""
     cells, nearest = data["cells"], data["nearest_obstacle_m"]
     result = "no obstacle seen" if nearest is None else f"nearest obstacle {nearest:.2f} m"
+    # Without a cell nothing was looked at: that is not free ground.
     if not cells["green"] + cells["red"]:
         result = "no cell could be classified"
     lost = f" ({data['no_returns']} no-returns left out)" if data["no_returns"] else ""

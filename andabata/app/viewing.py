@@ -88,6 +88,7 @@ def view_folder(
         if out is not None:
             view.write(out)
             return
+        # This is how a view that is served ends; it is no error.
         with suppress(KeyboardInterrupt):
             view.run()
     finally:
@@ -113,6 +114,7 @@ def drive_view(
     folder: Path, config: ViewConfig, first: Mapping[str, str], console: Console
 ) -> Playing:
     """Return the view of a drive; see ``view_folder`` for the arguments."""
+    # A single drive leaves nothing to choose: whatever --first asks for is refused.
     _choose(first, {})
     return RecordedDriveView(RecordedPath.read(folder), config, console.status)
 
@@ -145,6 +147,7 @@ def _driven_again(
 ) -> Playing:
     """Return the view of drives that are driven again."""
     try:
+        # Scans are not kept: the same seeds make them again, as the robot had them.
         choices = load()
         chosen = _choose(first, choices.choices)
         console.status("driving it again ...")
@@ -191,6 +194,7 @@ def is_run_folder(path: Path) -> bool:
     if not path.exists():
         raise UsageError(f"RUN_OR_BAG: expected a run folder or a recording, got no {path}")
     if path.is_dir():
+        # rosbag2 keeps a recording as a folder, which this file describes.
         return not (path / "metadata.yaml").exists()
     if not is_recording(path):
         raise UsageError(f"RUN_OR_BAG: expected a run folder or a recording, got {path}")

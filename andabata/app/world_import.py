@@ -90,11 +90,13 @@ def import_world(request: ImportRequest) -> dict[str, Any]:
     read = read_sdf(request.file, request.folders, request.name, request.allow_missing)
     form = request.form
     if form == AUTO:
+        # Who names ground wants its relief, however flat the world is.
         form = ROOM if is_flat(read) and not request.ground else WORLD
     _refuse_others(request, form)
     content, about, warnings = (_room if form == ROOM else _world)(read, request)
     suffix = room_files.SUFFIX if form == ROOM else world_files.SUFFIX
     out = request.out or Path(_stem(request.file) + suffix)
+    # Commands tell rooms from worlds of hills by the suffix.
     if out.suffix != suffix:
         raise UsageError(f"--out: expected a file that ends in {suffix} for a {form}, got {out}")
     atomic_io.write(out, content)
@@ -163,6 +165,7 @@ def _world(read: SdfWorld, request: ImportRequest) -> _Made:
     """Return the file of a world of hills."""
     imported = world_of(read, request.bounds, request.cell, request.ground)
     about = world_summary(imported.world)
+    # What was not generated has no seed and no difficulty, and its name stands above.
     for name in ("name", "seed", "difficulty"):
         del about[name]
     about |= {"origin_m": list(imported.origin), "outside": imported.outside}
@@ -187,6 +190,7 @@ def _refuse_others(request: ImportRequest, form: str) -> None:
 def _stem(file: Path) -> str:
     """Return a file's name without the ends of worlds."""
     name = file.name
+    # A packed world has two of them: world_7.world.gz.
     while Path(name).suffix in _ENDS:
         name = Path(name).stem
     return name

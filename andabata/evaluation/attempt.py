@@ -63,4 +63,6 @@ class Attempt(Generic[Detail]):
         """
         if not self.is_success or math.isnan(self.shortest):
             return 0.0
+        # The safe path keeps a clearance, which a drive may undercut; and of two lengths of nothing
+        # there is no ratio.
         return 1.0 if self.distance <= self.shortest else self.shortest / self.distance

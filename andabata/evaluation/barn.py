@@ -103,6 +103,7 @@ def world_names(config: BarnEvaluationConfig) -> tuple[str, ...]:
 def _files(config: BarnEvaluationConfig) -> tuple[BarnFile, ...]:
     """Return the files of an evaluation's worlds: the public ones alone of a full official set."""
     files = barn_files(Path(config.worlds))
+    # Of a folder with some of the worlds all count: it was chosen by hand.
     if config.official and len(files) >= ALL_WORLDS:
         return tuple(file for file in files if file.number % EVERY == 0)
     return files
@@ -141,6 +142,7 @@ class BarnComparison:
         config = self.config
         about: Entry = {"config": config.model_dump(mode="json"), "commit": commit()}
         if config.worlds != GENERATED:
+            # Files may change between two runs on a journal; generated worlds follow the commit.
             about["files"] = {file.name: _digest(file) for file in _files(config)}
         if config.policy is not None:
             about["policy"] = hashlib.sha256(config.policy.read_bytes()).hexdigest()
@@ -192,6 +194,7 @@ def drive_barn_run(
         trial: Number of the run in its world.
         on_readings: Function that sees the readings and the command of each period.
     """
+    # By the name of the world: another choice of worlds changes the noise of none.
     key = [config.seed, zlib.crc32(name.encode()), trial]
     (task,) = world.room.tasks
     robot = SimulatedPlanarRobot(

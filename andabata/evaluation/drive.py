@@ -1,6 +1,5 @@
 """One drive, from a world's name to a path."""
 
-import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -154,11 +153,6 @@ class Recording:
         return writer
 
 
-def digest(data: bytes) -> str:
-    """Return the SHA-256 of bytes."""
-    return hashlib.sha256(data).hexdigest()
-
-
 def drive_once(
     world: str,
     seed: int,
@@ -271,6 +265,7 @@ class _DriveWatcher:
     def on_step(self, readings: SensorReadings) -> None:
         """Take in the readings of a control step."""
         self.trace.add(readings)
+        # Control steps are tenths of a second, whose sums are not exact.
         if round(readings.stamp * 10) % 10:
             return
         if readings.walkers is not None:

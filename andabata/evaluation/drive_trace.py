@@ -53,6 +53,7 @@ class DriveTrace:
             truth.linear[0],
             np.hypot(*off),
         )
+        # Millimetres are enough for curves, and keep the file small.
         self.rows.append([round(float(value), 3) for value in row])
 
     def as_dict(self) -> dict[str, Any]:

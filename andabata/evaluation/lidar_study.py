@@ -4,7 +4,7 @@ Every pose and kind drives the same tasks as the laser as it is, so that differe
 pairs. Zhang et al. (arXiv 2010.10209, section IV-C) compare two poses so, without an interval.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import Literal, NamedTuple, Self
@@ -13,10 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from andabata.engine import Engine
-from andabata.evaluation.comparison import run_comparison
 from andabata.evaluation.room_drives import RoomAttempt
-from andabata.evaluation.rooms import RoomComparison, RoomEvaluationConfig
+from andabata.evaluation.rooms import RoomEvaluationConfig
 from andabata.evaluation.statistics import Difference, paired_difference
 from andabata.evaluation.table import (
     Design,
@@ -36,7 +34,6 @@ from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.navigation.planar.lidar_map import LidarMapConfig
 from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
-from rl.policy import Policy
 
 DEVELOPMENT = tuple(f"random-{k}" for k in range(7300, 7308))
 """Random rooms to develop in: nothing is trained in them, nor judged."""
@@ -110,6 +107,7 @@ class LidarStudyConfig(BaseModel):
             for name, (field, unit) in KINDS.items()
             for value in getattr(self, field)
         ]
+        # By label: a value that the laser has already would be compared with itself.
         changes_by_label: dict[str, LidarChange] = {}
         for change in (LidarChange(AS_IT_IS, 0.0, "", base), *moved, *others):
             changes_by_label.setdefault(change.lidar.label, change)
@@ -168,24 +166,6 @@ class LidarStudy(NamedTuple):
 
     rows: list[Row]
     advice: str
-
-
-def study_lidar(
-    config: LidarStudyConfig, policies: Mapping[str, Policy], engine: Engine | None = None
-) -> LidarStudy:
-    """Drive every laser of a study and compare each with the laser as it is.
-
-    Args:
-        config: Settings.
-        policies: Policies by name, such as several seeds.
-        engine: Engine that runs the cells, on which the result does not depend; None for this
-            process.
-
-    Raises:
-        ValueError: If a policy cannot drive in rooms, or a room has none of the tasks.
-    """
-    attempts = run_comparison(RoomComparison.of(config.cells, policies), engine=engine)
-    return tabulate_study(config, attempts)
 
 
 def tabulate_study(config: LidarStudyConfig, attempts: Sequence[RoomAttempt]) -> LidarStudy:

@@ -163,6 +163,7 @@ class OffroadComparison:
 
     def label(self, cell: int) -> str:
         """Return the world of a trial."""
+        # A journal may hold more trials than are asked for now.
         known = self.config.scenarios
         return f"world {known[cell].seed}" if cell < len(known) else f"trial {cell}"
 
@@ -210,6 +211,7 @@ def drive_trial(
     scenario = config.scenarios[trial]
     scene = SceneCache().get(scenario.world, scenario.seed, scenario.difficulty)
     task = choose_task(scene.world.tasks, np.random.default_rng([config.seed, trial]))
+    # Cut after the draw: fewer goals are the first ones of the same task.
     task = replace(task, goals=task.goals[: config.goals])
     return tuple(
         attempt

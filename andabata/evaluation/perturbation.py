@@ -81,6 +81,7 @@ def arms(
         arm
         for controller in controllers
         for arm in (
+            # Undisturbed first: pairs of a table begin at the first contender of a key.
             Arm(controller, robot),
             *(Arm(controller, robots[name], name, disturbances[name]) for name in disturbances),
         )
@@ -104,6 +105,8 @@ def perturbation_rows(attempts: Sequence[OffroadAttempt], driven: Sequence[Arm])
     def controller(attempt: OffroadAttempt) -> Hashable:
         return by_name[attempt.contender].controller
 
+    # Trials are paired, not goals: after a goal that was missed the others of its trial are
+    # not driven.
     comparators = (share_difference("difference", _has_all), mcnemar_test("mcnemar", _has_all))
     table = Table(by_contender, TRIALS, (), comparators, controller)
     heads = [

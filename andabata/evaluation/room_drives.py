@@ -101,6 +101,7 @@ def drive_tasks(
     """
     actor, task = fitted(policy, config)
     attempts: list[RoomAttempt] = []
+    # Robots do not see each other: a batch bounds the memory and changes no drive.
     for begin in range(0, len(tasks), _BATCH):
         part = tasks[begin : begin + _BATCH]
         robots = RoomVectorEnv(task, len(part), autoreset=False)

@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.engine import Engine, SerialEngine
 from andabata.evaluation.attempt import Attempt
-from andabata.evaluation.comparison import Attempts, DrivenCell, run_comparison
+from andabata.evaluation.comparison import Attempts, DrivenCell
 from andabata.evaluation.room_drives import (
     RoomAttempt,
     RoomMeasures,
@@ -145,6 +145,7 @@ def cell_task(cell: Cell, config: RoomEvaluationConfig, policy: Policy) -> RoomC
     task: RoomConfig = config.task
     is_trained = cell.lidar == TRAINED
     lidar = trained_lidar(policy, task) if is_trained else PlanarLidarConfig.parse(cell.lidar)
+    # Compared is the laser that is named: what training drew around it would blur it.
     update = {
         "rooms": (cell.room,),
         "random_rooms": 0,
@@ -291,26 +292,6 @@ def _oracle_task(
         return oracle_steps(room, task, robot, goal_radius), way
     except ValueError:
         return None
-
-
-def evaluate_rooms(
-    config: RoomEvaluationConfig,
-    policies: Mapping[str, Policy],
-    engine: Engine | None = None,
-) -> RoomTable:
-    """Drive every cell and return the table.
-
-    Args:
-        config: Settings.
-        policies: Policies by name.
-        engine: Engine that runs the cells, on which the result does not depend; None for this
-            process.
-
-    Raises:
-        ValueError: If a policy cannot drive in rooms, or a room has none of the tasks.
-    """
-    comparison = RoomComparison.of(config, policies)
-    return tabulate(comparison, policies, run_comparison(comparison, engine=engine), engine)
 
 
 def tabulate(

@@ -145,6 +145,7 @@ def run_trial(
         state = _truth(readings)
         monitor.begin(state, np.array(goal))
         simulated_robot.navigator.set_goal(np.array(goal))
+        # From where it stands: it has stopped within the radius of the goal before, not at it.
         shortest = safe_length(world, state.pose.position[:2], goal, terminations.goal_radius)
         outcome: Outcome | None = None
         while outcome is None:
@@ -158,6 +159,7 @@ def run_trial(
             np.hypot(*(simulated_robot.localizer.pose.position - state.pose.position)[:2])
         )
         attempts.append(measured(number, outcome, shortest, error, monitor))
+        # The next goal lies ahead of this one: from where the robot failed it is another task.
         if outcome is not Outcome.GOAL:
             break
     return tuple(attempts)

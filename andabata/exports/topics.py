@@ -26,7 +26,6 @@ from andabata.records.frames.sensor_pose import GivenMounting
 from andabata.records.frames.transform_tree import read_transforms
 from andabata.records.messages import NS, header_ns
 from andabata.records.topics import POINT_CLOUD, RosMessage
-from traversability.cloud import PointCloud
 from traversability.decoding import DecodedCloud
 from traversability.formats import las, pcd, ply
 from traversability.formats.coordinate_units import CoordinateUnits
@@ -49,11 +48,6 @@ class ExportResult:
     files: tuple[Path, ...]
     left_out: tuple[LeftOut, ...]
     notes: tuple[str, ...]
-
-
-def read_bag_cloud(path: Path, topic: str | None, number: int = 0) -> PointCloud:
-    """Return one cloud of a recording; ``decode_bag_cloud`` also returns how it was decoded."""
-    return decode_bag_cloud(path, topic, number).cloud
 
 
 def decode_bag_cloud(

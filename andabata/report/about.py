@@ -34,21 +34,21 @@ def about_section(folders: Sequence[Path]) -> Section:
     )
 
 
-def _row(folder: Path, about: dict[str, Any]) -> dict[str, Any]:
+def _row(folder: Path, description: dict[str, Any]) -> dict[str, Any]:
     """Return a run in a few words."""
     return {
         "folder": str(folder),
-        "verb": about.get("verb"),
-        "seed": about.get("seed"),
-        "commit": about.get("commit"),
-        "version": (about.get("versions") or {}).get("andabata"),
-        "config_sha256": str(about.get("config_sha256") or "")[:12],
+        "verb": description.get("verb"),
+        "seed": description.get("seed"),
+        "commit": description.get("commit"),
+        "version": (description.get("versions") or {}).get("andabata"),
+        "config_sha256": str(description.get("config_sha256") or "")[:12],
     }
 
 
-def _versions(about: dict[str, Any]) -> list[dict[str, str]]:
+def _versions(description: dict[str, Any]) -> list[dict[str, str]]:
     """Return the versions of Python and of packages."""
-    found = {"python": about.get("python"), **about["versions"]}
+    found = {"python": description.get("python"), **description["versions"]}
     return [
         {"package": name, "version_of": str(version)}
         for name, version in found.items()

@@ -217,9 +217,9 @@ def cell(key: str, value: object) -> str:
         return ", ".join(f"{name} {cell(key, item)}" for name, item in value.items()) or NONE
     if isinstance(value, list | tuple):
         return ", ".join(cell(key, item) for item in value) or NONE
-    about = column(key)
-    if isinstance(value, float) or (isinstance(value, int) and about.scale != 1.0):
-        return NONE if value != value else f"{value * about.scale:{about.form}}"
+    definition = column(key)
+    if isinstance(value, float) or (isinstance(value, int) and definition.scale != 1.0):
+        return NONE if value != value else f"{value * definition.scale:{definition.form}}"
     return word(str(value)) if key in _NAMED else str(value)
 
 
@@ -241,8 +241,8 @@ def interval(row: Row, key: str) -> str:
     text, ends = cell(key, row.get(key)), bounds(row, key)
     if ends is None or any(row[end] is None for end in ends) or row.get(key) is None:
         return text
-    about = column(key)
-    low, high = (f"{row[end] * about.scale:{about.form}}" for end in ends)
+    definition = column(key)
+    low, high = (f"{row[end] * definition.scale:{definition.form}}" for end in ends)
     return f"{text} [{low}, {high}]"
 
 

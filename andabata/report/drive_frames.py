@@ -291,5 +291,5 @@ def _unwrapped(
     low0, low1 = corner.tolist()
     # A roll is a copy: the grid goes on while the frame is drawn.
     rolled = np.roll(values, (-low0, -low1), axis=(0, 1))
-    place = np.asarray(corner * cell, dtype=np.float64)
-    return MapFrame(name, rolled, place, cell, largest)
+    origin = np.asarray(corner * cell, dtype=np.float64)
+    return MapFrame(name, rolled, origin, cell, largest)

@@ -77,7 +77,7 @@ def read_result(
     return found
 
 
-def check_keys(row: Mapping[str, Any], keys: Iterable[str], place: object, folder: Path) -> None:
+def check_keys(row: Mapping[str, Any], keys: Iterable[str], source: object, folder: Path) -> None:
     """Check that a row has the keys that a report needs.
 
     Raises:
@@ -86,7 +86,7 @@ def check_keys(row: Mapping[str, Any], keys: Iterable[str], place: object, folde
     for key in keys:
         if key not in row:
             raise RunFolderError(
-                f"{place}: expected {key}, got none: a run of {_version(folder)}, this is "
+                f"{source}: expected {key}, got none: a run of {_version(folder)}, this is "
                 f"andabata {versions()['andabata']}; make it again, or report it with its version"
             )
 
@@ -131,11 +131,11 @@ def settings_of(kind: type[Model], data: object, folder: Path) -> Model:
 def _version(folder: Path) -> str:
     """Return the version that made a run, in words."""
     try:
-        about = read_about(folder)
+        description = read_about(folder)
     except RunFolderError:
         return "another version"
-    name = (about.get("versions") or {}).get("andabata")
-    commit = about.get("commit")
+    name = (description.get("versions") or {}).get("andabata")
+    commit = description.get("commit")
     return f"andabata {name or 'of another version'}" + (f" at commit {commit}" if commit else "")
 
 

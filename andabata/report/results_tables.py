@@ -62,17 +62,17 @@ class StoredRows(BaseModel):
             RunFolderError: If the folder holds no finished run.
             ValueError: If the run's code is of no commit: what made its figures is unknown.
         """
-        about = read_about(folder)
-        if not about.get("commit") or about["commit"].endswith("+"):
+        description = read_about(folder)
+        if not description.get("commit") or description["commit"].endswith("+"):
             raise ValueError(
-                f"{folder}: expected a run of committed code, got commit {about.get('commit')}; "
-                "commit, and run its command again with another --out"
+                f"{folder}: expected a run of committed code, got commit "
+                f"{description.get('commit')}; commit, and run its command again with another --out"
             )
         rows = read_result(folder, EVALUATION, ("rows",))["rows"]
         return cls.model_validate(
             {
-                "command": about["command"],
-                "commit": about["commit"],
+                "command": description["command"],
+                "commit": description["commit"],
                 "columns": columns,
                 "over_rooms": is_over_rooms,
                 "rows": rows,

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from andabata.evaluation.room_drives import RoomAttempt, drive_tasks
 from andabata.evaluation.room_table import task_score
 from andabata.report.blocks import Plot, Table
-from andabata.report.page import Page, Section
+from andabata.report.page import Section
 from andabata.report.plots.room_curves import LearningCurves, learning_curves_figure
 from andabata.report.plots.rooms import trajectories_figure
 from andabata.report.training_folder import TrainingRun, plans_text, runs_by_plan
+from andabata.report.training_page import TrainingSections
 from andabata.tasks.rooms.lattice_oracle import oracle_steps
 from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.terminations import Outcome
@@ -138,8 +139,8 @@ class Group:
         return LearningCurves(steps, np.array(scores))
 
 
-def tests_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
-    """Return a page about training runs that were tested on fixed tasks, and its figures.
+def tests_sections(runs: Sequence[TrainingRun]) -> TrainingSections:
+    """Return the sections on training runs that were tested on fixed tasks.
 
     Args:
         runs: Several seeds of one plan or of several.
@@ -163,23 +164,23 @@ def tests_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
         for group in groups
         for run, tests in zip(group.runs, group.tests, strict=True)
     ]
-    sections = [
-        Section("Tests during training", _TESTS_TEXT, _curves(groups, task, places)),
-        Section(
+    return TrainingSections(
+        title="Learning to drive in rooms",
+        lead=plans_text({group.name: group.runs for group in groups}, "actor"),
+        rows={"groups": group_rows, "runs": run_rows},
+        learning=Section("Tests during training", _TESTS_TEXT, _curves(groups, task, places)),
+        results=Section(
             "Best tests (Table I)",
             f"Means over the seeds: best score in {rooms[-1].name} and in all rooms, {_BEST_TEXT}",
             Table(group_rows, _GROUP_COLUMNS, every="All columns"),
         ),
-        Section("Runs", _RUNS_TEXT, Table(run_rows, _RUN_COLUMNS, every="All columns")),
-        Section(
+        runs=Section("Runs", _RUNS_TEXT, Table(run_rows, _RUN_COLUMNS, every="All columns")),
+        drives=Section(
             "Tests of the chosen policies",
             "The first run of each actor.",
             *(_drives(group, chosen, rooms) for group in groups),
         ),
-    ]
-    lead = plans_text({group.name: group.runs for group in groups}, "actor")
-    page = Page("Learning to drive in rooms", lead, sections=sections)
-    return page, {"groups": group_rows, "runs": run_rows}
+    )
 
 
 def _shared_task(runs: Sequence[TrainingRun]) -> SpnConfig:

@@ -16,10 +16,11 @@ from andabata.evaluation.rooms import (
     tasks_of,
 )
 from andabata.report.blocks import Fact, Plot, Table
-from andabata.report.page import Page, Section
+from andabata.report.page import Section
 from andabata.report.plots.room_curves import SuccessCurves, success_figure
 from andabata.report.plots.rooms import trajectories_figure
 from andabata.report.training_folder import TrainingRun, plans_text, runs_by_plan
+from andabata.report.training_page import TrainingSections
 from andabata.tasks.rooms.config import RoomConfig
 from andabata.training.plans import algorithms, load_plan
 from worlds.rooms.catalogue import make_room
@@ -27,13 +28,13 @@ from worlds.rooms.catalogue import make_room
 Row = dict[str, Any]
 
 GOOD = 0.85
-"""Share of successes whose first episode is told: the paper has it after 1,200."""
+"""Share of successes whose first episode is shown: the paper has it after 1,200."""
 
 _BASELINE = "gdae"
 """Name of the plan whose final success the others are compared with, if it is among the runs: as it
 is or with other settings, the one that ends best."""
 
-_TOLD_CHANGES = 2
+_NAMED_CHANGES = 2
 """Largest number of changed settings in the name of a plan."""
 
 _SHOWN_ROOMS, _SHOWN_TASKS = 4, 6
@@ -50,8 +51,8 @@ _RUNS_TEXT = "Validation: random tasks in rooms that no pool holds, not explorin
 _DRIVES_TEXT = "The first run of each plan, in rooms of validation."
 
 
-def success_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
-    """Return a page about training runs of TD3's task, and its figures.
+def success_sections(runs: Sequence[TrainingRun]) -> TrainingSections:
+    """Return the sections on training runs of TD3's task.
 
     Args:
         runs: Several seeds of one plan or of several.
@@ -67,14 +68,15 @@ def success_page(runs: Sequence[TrainingRun]) -> tuple[Page, Row]:
     caption = f"Success against episodes (Fig. 4a): {title}"
     plot = Plot(success_figure(curves, title), "success", caption, drawn=True)
     drives = (_drives(name, run) for name, (run, *_) in groups.items())
-    sections = [
-        Section("Success during training", _SUCCESS_TEXT, plot, Table(rows)),
-        Section("Runs", _RUNS_TEXT, Table(run_rows)),
-        Section("Drives of the policies", _DRIVES_TEXT, *drives),
-    ]
-    facts = [_fact(row) for row in rows]
-    page = Page("Learning to drive without a map", plans_text(groups, "plan"), facts, sections)
-    return page, {"groups": rows, "runs": run_rows}
+    return TrainingSections(
+        title="Learning to drive without a map",
+        lead=plans_text(groups, "plan"),
+        rows={"groups": rows, "runs": run_rows},
+        learning=Section("Success during training", _SUCCESS_TEXT, plot, Table(rows)),
+        runs=Section("Runs", _RUNS_TEXT, Table(run_rows)),
+        drives=Section("Drives of the policies", _DRIVES_TEXT, *drives),
+        facts=[_fact(row) for row in rows],
+    )
 
 
 def plan_name(run: TrainingRun) -> str:
@@ -85,8 +87,8 @@ def plan_name(run: TrainingRun) -> str:
         name: _changes(_settings(plan), mine) for name, plan in zip(names, plans, strict=True)
     }
     name = min(changes, key=lambda one: len(changes[one]))
-    told, more = changes[name][:_TOLD_CHANGES], len(changes[name]) - _TOLD_CHANGES
-    return ", ".join([name, *told]) + (f" and {more} more" if more > 0 else "")
+    named, more = changes[name][:_NAMED_CHANGES], len(changes[name]) - _NAMED_CHANGES
+    return ", ".join([name, *named]) + (f" and {more} more" if more > 0 else "")
 
 
 def _settings(plan: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -23,9 +23,10 @@ from andabata.report.options import ReportOptions
 from andabata.report.page import Page, Section
 from andabata.report.plots.drives import sights_figure, tests_figure, world_figure
 from andabata.report.plots.training import learning_figure, rewards_figure
-from andabata.report.room_training import tests_page
-from andabata.report.success import success_page
+from andabata.report.room_training import tests_sections
+from andabata.report.success import success_sections
 from andabata.report.training_folder import TrainingRun, check_alike, common_stages
+from andabata.report.training_page import TrainingSections
 from andabata.tasks.offroad import OffroadConfig
 from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.training.plans import StagePlan
@@ -98,12 +99,16 @@ def report_training(folders: Sequence[Path], options: ReportOptions) -> tuple[Pa
     runs = [TrainingRun.read(folder) for folder in folders]
     environment = runs[0].stages[-1].environment
     if isinstance(environment, OffroadConfig):
-        return _offroad_page(runs, options)
-    return tests_page(runs) if isinstance(environment, SpnConfig) else success_page(runs)
+        shown = _offroad_sections(runs, options)
+    else:
+        # TD3's task has no fixed tasks to test on: its success is that of the latest episodes.
+        sections = tests_sections if isinstance(environment, SpnConfig) else success_sections
+        shown = sections(runs)
+    return shown.page, shown.rows
 
 
-def _offroad_page(runs: Sequence[TrainingRun], options: ReportOptions) -> tuple[Page, Row]:
-    """Return a page about off-road runs of one plan, and its figures.
+def _offroad_sections(runs: Sequence[TrainingRun], options: ReportOptions) -> TrainingSections:
+    """Return the sections on off-road runs of one plan.
 
     Each stage's policy drives in the first world of validation, in bullet and with the whole chain.
     """
@@ -116,17 +121,19 @@ def _offroad_page(runs: Sequence[TrainingRun], options: ReportOptions) -> tuple[
         _test_row(runs[k].name, name, n, attempt) for (k, name, n), (attempt, _) in driven.items()
     ]
     worlds = {stage.name: _world(stage) for stage in stages}
-    sections = [
-        Section("Reward", _REWARD_TEXT, *_rewards(runs)),
-        Section("Stages", _STAGES_TEXT, _stages_table(stage_rows)),
-        Section("Worlds", _WORLDS_TEXT, *_worlds(worlds.values())),
-        Section("Scans", _SCANS_TEXT, _scans(stages, worlds, driven)),
-        Section("Tests", _TESTS_TEXT, *_tests(runs, worlds, driven), Table(tests)),
-    ]
-    title = f"Learning to drive: {runs[0].plan.learner.algorithm}"
-    lead = f"{', '.join(run.name for run in runs)}; stages {', '.join(worlds)}."
-    facts = [_fact(stage.name, stage_rows) for stage in stages]
-    return Page(title, lead, facts, sections), {"stages": stage_rows, "tests": tests}
+    return TrainingSections(
+        title=f"Learning to drive: {runs[0].plan.learner.algorithm}",
+        lead=f"{', '.join(run.name for run in runs)}; stages {', '.join(worlds)}.",
+        rows={"stages": stage_rows, "tests": tests},
+        learning=Section("Reward", _REWARD_TEXT, *_rewards(runs)),
+        results=Section("Stages", _STAGES_TEXT, _stages_table(stage_rows)),
+        worlds=(
+            Section("Worlds", _WORLDS_TEXT, *_worlds(worlds.values())),
+            Section("Scans", _SCANS_TEXT, _scans(stages, worlds, driven)),
+        ),
+        drives=Section("Tests", _TESTS_TEXT, *_tests(runs, worlds, driven), Table(tests)),
+        facts=[_fact(stage.name, stage_rows) for stage in stages],
+    )
 
 
 def _drive_all(

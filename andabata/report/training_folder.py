@@ -51,10 +51,10 @@ class TrainingRun:
             RunFolderError: If the run is incomplete, another command's or version's, or none of its
                 stages is over.
         """
-        about = read_about(folder)
-        if about.get("verb") != "train":
+        description = read_about(folder)
+        if description.get("verb") != "train":
             raise RunFolderError(
-                f"{folder}: expected a run of train, got one of {about.get('verb')}; "
+                f"{folder}: expected a run of train, got one of {description.get('verb')}; "
                 "give the folder of train --out"
             )
         history = read_rows(folder / HISTORY)
@@ -64,10 +64,10 @@ class TrainingRun:
             )
         check_keys(history[0], ("name", "mean_steps", "steps"), folder / HISTORY, folder)
         models = ("forest", "ground_classifier")
-        check_keys(about, ("seed", "config", *models), folder / "run.json", folder)
-        hashes = {name: about[name] for name in models}
-        plan = settings_of(TrainingPlan, about["config"], folder)
-        return cls(folder, about["seed"], plan, hashes, history)
+        check_keys(description, ("seed", "config", *models), folder / "run.json", folder)
+        hashes = {name: description[name] for name in models}
+        plan = settings_of(TrainingPlan, description["config"], folder)
+        return cls(folder, description["seed"], plan, hashes, history)
 
     @property
     def name(self) -> str:

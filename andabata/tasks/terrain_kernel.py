@@ -310,9 +310,9 @@ def _cast(
 
 
 @kernel
-def _to_circle(ray: NDArray[np.float32], place: NDArray[np.float64], radius: float) -> float:
+def _to_circle(ray: NDArray[np.float32], centre: NDArray[np.float64], radius: float) -> float:
     """Return the distance along a level ray to a circle [m], infinity past it, 0 inside."""
-    x, y = place[0] - ray[0], place[1] - ray[1]
+    x, y = centre[0] - ray[0], centre[1] - ray[1]
     along = x * ray[3] + y * ray[4]
     inside = radius * radius - (x * x + y * y - along * along)
     if x * x + y * y <= radius * radius:

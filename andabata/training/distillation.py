@@ -185,13 +185,13 @@ def _check_folder(config: DistillationConfig, seed: int, folder: Path) -> None:
         ValueError: If it holds another distillation.
     """
     file = make_folder(folder) / "distillation.json"
-    about = dumps({"config": config.model_dump(mode="json"), "seed": seed}, indent=1)
-    if file.exists() and file.read_text() != about:
+    description = dumps({"config": config.model_dump(mode="json"), "seed": seed}, indent=1)
+    if file.exists() and file.read_text() != description:
         raise ValueError(
             f"{folder}: expected a distillation with these settings and this seed, got another "
             "one; give another --out"
         )
-    atomic_io.write(file, about.encode())
+    atomic_io.write(file, description.encode())
 
 
 def fit(

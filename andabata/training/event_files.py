@@ -134,12 +134,12 @@ def read_scalars(path: Path) -> Iterator[tuple[int, dict[str, float]]]:
 
 def _records(data: bytes) -> Iterator[bytes]:
     """Yield the whole records of a TFRecord file."""
-    place = 0
-    while place + _HEAD.size <= len(data):
-        length, _ = _HEAD.unpack_from(data, place)
-        begin = place + _HEAD.size
-        place = begin + length + _CHECK
-        if place > len(data):
+    offset = 0
+    while offset + _HEAD.size <= len(data):
+        length, _ = _HEAD.unpack_from(data, offset)
+        begin = offset + _HEAD.size
+        offset = begin + length + _CHECK
+        if offset > len(data):
             return
         yield data[begin : begin + length]
 

@@ -129,6 +129,7 @@ def algorithms(task: str = "offroad") -> tuple[str, ...]:
     if task not in TASKS:
         raise ValueError(f"--task: expected {', '.join(TASKS)}, got {task!r}")
     names = (entry.name.removesuffix(".toml") for entry in _plans(task).iterdir())
+    # The default comes first: it is taken where no plan is named.
     return tuple(sorted(names, key=lambda name: (name != DEFAULTS[task], name)))
 
 
@@ -181,6 +182,7 @@ def _offroad(stage: str, changes: dict[str, Any], parts: dict[str, Any]) -> Offr
     """Return a stage's environment with a plan's changes and a robot's parts."""
     base = stage_config(stage)
     flat = base.simulated_robot.sensing.scanner == "horizontal"
+    # Stage 1 has beams in the plane alone: laser and senses begin to count in stage 2.
     fitting = {"robot": parts["robot"]} if flat else parts
     simulated_robot = SimulatedRobotConfig.model_validate(
         {**base.simulated_robot.model_dump(), **fitting}

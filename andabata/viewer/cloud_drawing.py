@@ -45,11 +45,6 @@ class CloudDrawing:
         self._spare: list[viser.PointCloudHandle] = []
         self._colouring, self._visible, self._number = COLOURINGS[0], True, 0
 
-    @property
-    def n_points(self) -> int:
-        """Number of points in the scene."""
-        return sum(len(handle.points) for _, handle in self._shown)
-
     def colour_by(self, colouring: str) -> None:
         """Colour the points anew, from the next frame on.
 

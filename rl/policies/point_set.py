@@ -6,8 +6,8 @@ maximum of each over all points, and two layers on the features and g. The order
 copies of points and masked points never change an action.
 """
 
-from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, Self
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,21 +153,6 @@ class PointSetPolicy(GaussianPolicy):
         layers: PointLayers = self._layers  # type: ignore[attr-defined]
         head: Head = self._head  # type: ignore[attr-defined]
         return forward(observations, layout, layers, head)
-
-    def with_points(self, n: int) -> Self:
-        """Return the same policy for observations of ``n`` points.
-
-        Raises:
-            ValueError: If there would be no point.
-        """
-        if n < 1:
-            raise ValueError(f"points: expected one at least, got {n}; mask those that don't count")
-        shapes = {POINTS: (n, 2), MASK: (n,)}
-        terms = tuple(
-            term.model_copy(update={"shape": shapes.get(term.name, term.shape)})
-            for term in self.observations.terms
-        )
-        return replace(self, observations=ObservationSpec(terms=terms))
 
     def support_points(self, observation: NDArray[np.float32]) -> NDArray[np.int32]:
         """Return the index of the point that gives each of the K features, shape (K,).

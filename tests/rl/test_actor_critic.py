@@ -8,7 +8,8 @@ from rl.actor_critic import ActorCritic, ActorCriticConfig
 from rl.curriculum import Curriculum
 from rl.curriculum_config import CurriculumConfig, Stage
 from rl.spaces import steering_actions, steering_observations
-from rl.training import Episode, EpisodeSpec, play, serial_rollouts
+from rl.training import Episode, EpisodeSpec, play
+from tests.support.curricula import serial_rollouts
 from tests.support.known_environments import TARGETS, TWO_ACTIONS, MatchTargets, TurnToGoal
 
 OBSERVATIONS, ACTIONS = steering_observations(4, 10.0, 0.5), steering_actions(0.5)

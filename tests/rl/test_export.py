@@ -15,7 +15,7 @@ from rl.policy import with_info
 from rl.spaces import ActionSpec, ObservationSpec
 from tests.support.known_environments import TARGETS, TWO_ACTIONS
 from tests.support.point_sets import ACTIONS as POINT_ACTIONS
-from tests.support.point_sets import observation, point_observations
+from tests.support.point_sets import observation, point_observations, with_points
 
 onnx = pytest.importorskip("onnx", reason="onnx is not installed (extra `onnx`)")
 runtime = pytest.importorskip("onnxruntime", reason="onnxruntime is not installed (extra `onnx`)")
@@ -103,7 +103,7 @@ def test_one_model_takes_any_number_of_points(point_policy):
     session = runtime.InferenceSession(policy_to_onnx(point_policy), providers=CPU)
     rng = np.random.default_rng(0)
     for n in (10, 120, 1080):
-        policy = point_policy.with_points(n)
+        policy = with_points(point_policy, n)
         rows = np.array([observation(n, rng) for _ in range(50)])
         rows[:3, policy.observations.slice_of("mask")] = 0  # No point at all.
         expected = np.array([policy.act(row) for row in rows])

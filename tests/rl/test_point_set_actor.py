@@ -6,7 +6,7 @@ import torch
 
 from rl.point_set_actor import PointSetActor
 from rl.policies.gaussian import LOG_SIGMA
-from tests.support.point_sets import ACTIONS, observation, point_observations
+from tests.support.point_sets import ACTIONS, observation, point_observations, with_points
 
 
 def made(n=30, **settings):
@@ -90,7 +90,7 @@ def test_a_policy_of_a_trained_number_of_points_runs_on_any_other():
     batch = states(50)
     with torch.no_grad():
         mean, _ = other(batch)
-    best = actor.policy({}).with_points(50).best_many(batch.numpy())
+    best = with_points(actor.policy({}), 50).best_many(batch.numpy())
     np.testing.assert_allclose(best, torch.tanh(mean), atol=1e-5)
 
 

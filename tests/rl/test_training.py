@@ -5,7 +5,7 @@ import pytest
 
 from rl.policies.mlp import MlpPolicy
 from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
-from rl.training import EpisodeSpec, play, play_together, serial_rollouts
+from rl.training import EpisodeSpec, play, play_together
 
 CLOCK = ObservationSpec(terms=(ObservationTerm(name="t", shape=(1,), low=0, high=100, unit=""),))
 ACTION = ActionSpec(names=("angular",), low=(-1.0,), high=(1.0,), units=("rad/s",))
@@ -97,15 +97,6 @@ def test_the_difficulty_is_an_option_of_the_reset():
     play(clock, policy(), 1, EpisodeSpec(0, (1,), 0.4))
     play(clock, policy(), 1, EpisodeSpec(0, (1,)))
     assert [options for _, options in clock.resets] == [{"difficulty": 0.4}, {}]
-
-
-def test_each_episode_is_played_in_its_stage():
-    """The environment of an episode is that of its stage; results keep the specs' order."""
-    stages = [Clock(3), Clock(5)]
-    specs = [EpisodeSpec(k, (k,)) for k in (1, 0, 1)]
-    episodes = serial_rollouts(stages)(policy(), 1, specs, True)
-    assert [episode.steps for episode in episodes] == [5, 3, 5]
-    assert [len(stage.resets) for stage in stages] == [1, 2]
 
 
 class Clocks:

@@ -5,7 +5,7 @@ import numpy as np
 from rl.curriculum_config import CurriculumConfig, Stage
 from rl.sac import SacConfig
 from rl.spaces import steering_observations
-from rl.training import Episode, serial_rollouts
+from rl.training import Episode, play
 from tests.support.known_environments import TurnToGoal
 
 LEARNER = {
@@ -33,6 +33,15 @@ def run(curriculum, iterations=10**9):
         if len(found) == iterations:
             break
     return found
+
+
+def serial_rollouts(environments):
+    """Return a function that plays episodes in this process; one environment a stage."""
+
+    def rollout(policy, action_repeat, specs, explore):
+        return [play(environments[one.stage], policy, action_repeat, one, explore) for one in specs]
+
+    return rollout
 
 
 def rollouts():

@@ -1,5 +1,7 @@
 """Spaces of a robot among points, and observations drawn at random, for the tests of learning."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
@@ -46,3 +48,13 @@ def observation(n, rng):
         "velocity": [rng.uniform(0, 0.5), rng.uniform(-1, 1)],
     }
     return point_observations(n).vector(parts)
+
+
+def with_points(policy, n):
+    """Return the same policy for observations of n points."""
+    shapes = {"points": (n, 2), "mask": (n,)}
+    terms = tuple(
+        term.model_copy(update={"shape": shapes.get(term.name, term.shape)})
+        for term in policy.observations.terms
+    )
+    return replace(policy, observations=ObservationSpec(terms=terms))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from terrain.classes import SemanticClass
+from tests.support.true_maps import solid_at
 from worlds.maze import MazeConfig, _walls, make_maze
 
 CONFIG = MazeConfig(family=1, tasks=2)
@@ -21,8 +22,8 @@ def test_a_maze_is_flat_and_closed(maze):
     assert {each.semantic for each in world.objects} == {SemanticClass.WALL}
     along = np.linspace(-39.9, 39.9, 200)
     for side in (-40.0, 40.0):
-        assert world.truth.solid_at(np.full(200, 0.99 * side + np.sign(side) * 0.35), along).all()
-        assert world.truth.solid_at(along, np.full(200, 0.99 * side + np.sign(side) * 0.35)).all()
+        assert solid_at(world.truth, np.full(200, 0.99 * side + np.sign(side) * 0.35), along).all()
+        assert solid_at(world.truth, along, np.full(200, 0.99 * side + np.sign(side) * 0.35)).all()
 
 
 def test_every_start_faces_east(maze):

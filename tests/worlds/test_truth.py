@@ -6,7 +6,7 @@ import pytest
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import frustum
-from tests.support.true_maps import slope, truth_of
+from tests.support.true_maps import slope, solid_at, truth_of
 from worlds.traversability_map import Reason
 from worlds.truth import TruthConfig, build_truth, slope_and_step, with_vegetation_limit
 
@@ -131,7 +131,7 @@ def test_a_trunk_is_solid_and_its_crown_is_not_in_the_way():
     trunk = frustum(SemanticClass.TRUNK, (0, 0, 0), (0.2, 0.2), 3.0)
     crown = frustum(SemanticClass.FOLIAGE, (3, 0, 2.0), (1, 1), 2.0)
     truth = truth_of(np.zeros((101, 101)), (trunk, crown))
-    assert truth.solid_at(0.0, 0.0)
+    assert solid_at(truth, 0.0, 0.0)
     assert not truth.forbidden_at(3.0, 0.0)
     assert truth.clearance_at(2.0, 0.0) == pytest.approx(1.8, abs=0.11)
 

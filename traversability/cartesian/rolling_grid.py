@@ -103,23 +103,14 @@ class RollingGrid:
             positions: Positions in the grid's frame [m], shape (..., 2).
 
         Returns:
-            int64, shape (..., 2). They need not lie in the window; see ``contains``.
+            int64, shape (..., 2). They need not lie in the window.
         """
         return np.floor(positions / self.cell).astype(np.int64)
-
-    def contains(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Return which cells lie in the window, bool, shape (...).
-
-        Args:
-            cells: Cells, counted from the origin of the frame, shape (..., 2).
-        """
-        half, offset = self.n_cells // 2, cells - self.centre
-        return np.asarray(((offset >= -half) & (offset < half)).all(axis=-1))
 
     def wrap(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the rows and columns in memory of some cells, shape (..., 2).
 
-        Cells outside of the window get those of a cell inside; see ``contains``.
+        Cells outside of the window get those of a cell inside.
 
         Args:
             cells: Cells, counted from the origin of the frame, shape (..., 2).

@@ -201,14 +201,6 @@ def cell_clearances(room: Room) -> NDArray[np.float64]:
     return room.clearance(middles.reshape(-1, 2)).reshape(middles.shape[:2])
 
 
-def coverage(room: Room) -> float:
-    """Return the share of a room's free space that boxes and circles cover, by cells of 5 cm.
-
-    Walls around it do not count, nor does what moves.
-    """
-    return float((cell_clearances(room) < 0).mean())
-
-
 @lru_cache(maxsize=_KEPT_FREE)
 def _free_cells(room: Room, radius: float, clearance: float) -> NDArray[np.int16]:
     """Return the indices of the cells of ``free_places``, int16, shape (k, 2)."""

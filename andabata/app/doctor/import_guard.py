@@ -106,6 +106,7 @@ def other_claims(path: list[str] | None = None) -> list[Claim]:
         path: Folders with installed distributions; None for those that Python imports from.
     """
     installed = list(distributions(path=sys.path if path is None else path))
+    # Our own record of what was installed tells files of ours that another has overwritten.
     digests = {
         Path(str(file.locate())).resolve(): file.hash.value
         for each in installed
@@ -152,4 +153,5 @@ def _digest(file: Path) -> str:
     if not file.is_file():
         return ""
     digest = hashlib.sha256(file.read_bytes()).digest()
+    # RECORD has digests in URL-safe base64 without padding (PEP 376).
     return base64.urlsafe_b64encode(digest).rstrip(b"=").decode()

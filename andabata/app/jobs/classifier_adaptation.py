@@ -48,6 +48,7 @@ def adapt_cell_classifier(
     drives = [_labelled(bag, forest, options, config, console) for bag in bags]
     synthetic, validation = (_cells(folders, split, forest, console) for split in _SPLITS)
     console.status(f"correcting the forest with {config.forest.trees} trees")
+    # Goes into the file of the forest: whoever finds it can tell what it was adapted to.
     origin = {
         "recordings": [bag.name for bag in bags],
         "clouds_sha256": [read_manifest(folder).config_sha256 for folder in folders],

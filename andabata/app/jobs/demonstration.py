@@ -138,6 +138,7 @@ class Demonstration:
             generate_dataset(clouds, config, counts, self._seed, step, engine=engine)
         manifest = read_manifest(clouds)
         samples = split_samples(clouds, manifest, "train", PolarGrid())
+        # Each of few trees has to correct more than one of many.
         few = ForestConfig(trees=self._config.trees, learning_rate=0.2)
         forest = train_forest(samples, PolarGrid(), few, self._seed)
         scores = score_forest(forest, clouds, manifest, "validation")
@@ -158,6 +159,7 @@ class Demonstration:
     def _train_policy(self) -> None:
         """Begin the curriculum: enough for a learning curve, too little for a good policy."""
         run, episodes = self._folder / "run", self._config.episodes
+        # A run goes into an empty folder: what an earlier demo left would be refused.
         for file in run.glob("*"):
             file.unlink()
         plan = resolve(
@@ -191,6 +193,7 @@ class Demonstration:
             driven = drive_once(
                 _WORLD, self._seed, "policy+planner", config, on_second=step, time_limit=limit
             )
+        # With the same seed the oracle has the same task: the paths differ by what each knows.
         oracle = drive_once(_WORLD, self._seed, "oracle", config, time_limit=limit)
         others = {"oracle": oracle.path}
         self._figures["drive"] = without_paths(driven.as_dict())

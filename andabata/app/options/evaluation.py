@@ -268,10 +268,13 @@ class BarnEvaluationOptions:
         if policies is not None and len(policies) > 1:
             raise UsageError(f"--policy: expected one with --task barn, got {len(policies)}")
         file = next((name for name in policies or () if name != "shipped"), None)
+        # None is no choice: off-road and fields have defaults of their own.
         names, every = driven.controllers, BARN_NAVIGATORS
         trials = OFFICIAL_TRIALS if driven.trials is None else driven.trials
         vehicle = one_word(self.vehicle, tuple(PLANAR_VEHICLES), "--vehicle")
         fields = one_word(self.fields, ("published", "narrow"), "--fields")
+        # Published scores are those of the benchmark's own worlds, robot and number of runs: a
+        # figure of anything else must not be taken for one (docs/results/barn.md).
         own = self.worlds != GENERATED and vehicle == "barn" and trials == OFFICIAL_TRIALS
         if self.official and not own:
             raise UsageError(
@@ -286,6 +289,7 @@ class BarnEvaluationOptions:
                 "trials": trials,
                 "official": self.official,
                 "vehicle": PLANAR_VEHICLES[vehicle],
+                # Who is not told drives by the model of the nominal robot.
                 "believed": None if self.told else PLANAR_VEHICLES["barn"],
                 "policy": file,
                 "seed": seed,

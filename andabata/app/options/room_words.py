@@ -38,6 +38,7 @@ def room_words(text: str, family: str = "spn") -> tuple[str, ...]:
     rooms = tuple(name for word in given for name in _rooms_of(word, family))
     if not rooms:
         raise UsageError(f"--rooms: expected names as {', '.join(room_names())}, got nothing")
+    # Made here once, so that a wrong name is refused before anything is driven.
     for word in rooms:
         try:
             make_room(word)

@@ -91,6 +91,7 @@ class ScanOptions:
             mounting=laser_mounting(self.mountings(), self.sensor_height),
             sensor_at=None if place is None else numbers(place, 3, "--sensor-at"),
         )
+        # As settings, so that one out of bounds is refused in the same words as one of a file.
         overrides = [
             f"own_body={self.own_body}",
             f"level={str(self.level).lower()}",

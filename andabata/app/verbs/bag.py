@@ -44,6 +44,7 @@ def info(*, file: BagFile, output: ConsoleOptions) -> None:
     }
     title = f"{file.name}, {summary.duration_s:.1f} s"
     console.result(data, recording_table(summary, title), *recording_notes(summary))
+    # Exit code 3: there is a result, and something is missing from it.
     if summary.damaged:
         console.status(f"`andabata bag salvage {file.name} --out NEW` keeps what is whole")
         raise typer.Exit(3)
@@ -85,6 +86,7 @@ def replay(
     for note in replay_notes(data):
         console.status(f"note: {note}")
     console.result(data, replay_text(data))
+    # After the result, whose counts show the cause.
     if not data["scans"]:
         raise NoScanError(no_scan_reason(data))
     if data["left_out"]:

@@ -127,6 +127,7 @@ def adapt(
         result, data = adapt_cell_classifier(
             bags, folders, forest.load(), options, config, seed, console
         )
+        # Before the file is written or refused: the scores are the reason.
         console.result(data, adaptation_text(data))
         if data[OWN]["before"]["recall"] is None:
             console.status("no blocked cell in the held-out part: its recall is unknown")
@@ -163,6 +164,7 @@ def evaluate(
     scores = score_forest(loaded, clouds, manifest, split.value)
     data = {**scores, "thresholds": loaded.thresholds.model_dump(), "split": split.value}
     if out is not None:
+        # With its hash: other clouds may be made in the same folder.
         settings = {"clouds": str(clouds), "clouds_sha256": manifest.config_sha256, "split": split}
         about = describe("classifier evaluate", settings, manifest.seed)
         write_scores(make_folder(out), data, about)

@@ -54,6 +54,7 @@ def navigator(
     from andabata.configuration.settings import with_parts
     from andabata.configuration.usage import words
 
+    # A list is read as elsewhere; one robot has one controller, the first.
     (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller")[:1]
     console = output.console()
     data = run_navigator(

@@ -55,8 +55,8 @@ def run_graph(world: str, seed: int, seconds: float) -> LiveRun:
         seconds: Duration of the recording [s].
     """
     with tempfile.TemporaryDirectory() as name, running(Path(name)) as graph:
-        place = ("--world", world, "--seed", seed)
-        graph.andabata("robot", *place, "--seconds", seconds + 120)
+        drive = ("--world", world, "--seed", seed)
+        graph.andabata("robot", *drive, "--seconds", seconds + 120)
         graph.wait_for("/initialpose", "Publishers:")
         node = graph.andabata("navigator", "--controller", "reactive", "--seconds", seconds + 15)
         graph.wait_for("/cmd_vel", "Publishers:")

@@ -107,8 +107,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         options.sectors,
     )
     names = ("policy", "stage", "plant", "sectors")
-    about = {name: getattr(options, name) for name in names}
-    sys.stdout.write(markdown_table([about | success_row(outcomes)]))
+    chosen = {name: getattr(options, name) for name in names}
+    sys.stdout.write(markdown_table([chosen | success_row(outcomes)]))
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ The live benchmark and the tests of the live graph use it; Debian's ROS 1 packag
 
 import json
 import os
-import shutil
 import signal
 import socket
 import subprocess
@@ -16,13 +15,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
-
-_TOOLS = ("rosmaster", "rosbag", "rostopic", "rosparam")
-
-
-def has_tools() -> bool:
-    """Return True if ROS 1's tools are installed where Debian puts them."""
-    return all(shutil.which(tool, path="/usr/bin") for tool in _TOOLS)
 
 
 def enable_interrupts() -> None:

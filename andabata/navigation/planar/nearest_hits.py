@@ -63,17 +63,6 @@ def find_nearest(hits: HitLayer, nearest: NearestHits) -> None:
 
 
 @kernel
-def nearest_hit(nearest: NearestHits, x: float, y: float) -> tuple[float, float]:
-    """Return the hit nearest to the cell of a place [m]; beyond the square there is none."""
-    u, v = (x - nearest.corner[0]) * nearest.per_metre, (y - nearest.corner[1]) * nearest.per_metre
-    n = len(nearest.places)
-    if not (0.0 <= u < n and 0.0 <= v < n):
-        return NOWHERE, NOWHERE
-    i, j = int(u), int(v)
-    return nearest.places[i, j, 0], nearest.places[i, j, 1]
-
-
-@kernel
 def _seed(
     log_odds: NDArray[np.float32],
     within: NDArray[np.float32],

@@ -48,18 +48,18 @@ def speed_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
     counts = [sum(row["name"] == name for row in rows) for name in names]
     figure = Figure(figsize=(9, 0.42 * len(rows) + 0.75 * len(names)), layout="constrained")
     axes = np.atleast_1d(figure.subplots(len(names), 1, height_ratios=[c + 0.6 for c in counts]))
-    for place, name in zip(axes, names, strict=True):
+    for panel, name in zip(axes, names, strict=True):
         group = [row for row in rows if row["name"] == name][::-1]
         values = [row["value"] for row in group]
         colours = ["tab:green" if "andabata" in row["subject"] else "tab:grey" for row in group]
         spread = [[v - row["low"] for v, row in zip(values, group, strict=True)]]
         spread.append([row["high"] - v for v, row in zip(values, group, strict=True)])
-        place.barh([row["subject"] for row in group], values, color=colours, xerr=spread)
-        place.set_xscale("log")
-        place.xaxis.set_minor_formatter(NullFormatter())
-        place.set_xlim(min(values) / 3, max(values) * 8)
+        panel.barh([row["subject"] for row in group], values, color=colours, xerr=spread)
+        panel.set_xscale("log")
+        panel.xaxis.set_minor_formatter(NullFormatter())
+        panel.set_xlim(min(values) / 3, max(values) * 8)
         for k, row in enumerate(group):
-            place.text(row["high"] * 1.1, k, f"{row['value']:.3g}", va="center", fontsize=8)
-        place.set_title(f"{name} [{group[0]['unit']}]", fontsize=9, loc="left")
-        place.tick_params(labelsize=8)
+            panel.text(row["high"] * 1.1, k, f"{row['value']:.3g}", va="center", fontsize=8)
+        panel.set_title(f"{name} [{group[0]['unit']}]", fontsize=9, loc="left")
+        panel.tick_params(labelsize=8)
     return figure

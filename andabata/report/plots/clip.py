@@ -64,8 +64,8 @@ class Stand(NamedTuple):
         """
         ahead = np.array([np.cos(yaw), np.sin(yaw), 0.0])
         left = np.array([-ahead[1], ahead[0], 0.0])
-        place = pose.position - self.back * ahead + self.aside * left + [0.0, 0.0, self.up]
-        return Camera.looking_at(place, pose.position + self.ahead * ahead, size)
+        eye = pose.position - self.back * ahead + self.aside * left + [0.0, 0.0, self.up]
+        return Camera.looking_at(eye, pose.position + self.ahead * ahead, size)
 
 
 _FOLLOWING = Stand(back=6.5, up=5.0, ahead=3.5)

@@ -97,8 +97,8 @@ def panorama(world: World, size: tuple[int, int]) -> NDArray[np.uint8]:
     middle = np.array([0.0, 0.0, float(np.median(world.ground.heights))])
     # What is near takes up more of the picture: its middle lies before the world's.
     target = middle + reach * np.array([-0.05, -0.07, 0.0])
-    place = target + reach * np.array([-0.63, -0.89, 0.84])
-    camera = Camera.looking_at(place, target, size)
+    eye = target + reach * np.array([-0.63, -0.89, 0.84])
+    camera = Camera.looking_at(eye, target, size)
     scenery = Scenery(world)
     canvas = scenery.view(camera.sampled(2)).canvas(in_haze=False)
     scenery.plants.draw(canvas, in_haze=False)
@@ -146,10 +146,10 @@ def drive_figure(
     half, middle = (high - low).max() / 2, (high + low) / 2
     axes.set_xlim(middle[0] - half, middle[0] + half)
     axes.set_ylim(middle[1] - half, middle[1] + half)
-    for place, text in stamps:
-        axes.plot(*path[place, :2], "o", color=PATH_COLOUR, markersize=5, markeredgecolor="white")
+    for step, text in stamps:
+        axes.plot(*path[step, :2], "o", color=PATH_COLOUR, markersize=5, markeredgecolor="white")
         offset: dict[str, Any] = {"textcoords": "offset points", "xytext": (7, -3), "fontsize": 8}
-        axes.annotate(text, (path[place, 0], path[place, 1]), bbox=_STAMP_BOX, **offset)
+        axes.annotate(text, (path[step, 0], path[step, 1]), bbox=_STAMP_BOX, **offset)
     axes.legend(loc="upper right")
     handles = _reason_handles(axes, world)
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from andabata.evaluation.statistics import wilson_interval
 from andabata.report.columns import word
 from andabata.report.plots.drive_traces import COLOURS
-from andabata.report.plots.rooms import draw_room
+from andabata.report.plots.room_drawing import draw_room
 from worlds.rooms.room import Room
 
 Row = Mapping[str, Any]
@@ -174,13 +174,13 @@ def scores_figure(rows: Sequence[Row]) -> Figure:
     """
     figure = Figure(figsize=(9.2, 0.36 * len(rows) + 1.4), layout="constrained")
     axes = figure.add_subplot()
-    for place, row in enumerate(rows):
+    for tick, row in enumerate(rows):
         for kind, shift, colour in (("score", -0.13, COLOURS[1]), ("uncapped", 0.13, COLOURS[2])):
             low, high = (row[f"{kind}_{end}"] for end in ("low", "high"))
             label = {"score": "official score", "uncapped": "without its cap"}[kind]
-            axes.plot(row[kind], place + shift, "o", color=colour, label=None if place else label)
+            axes.plot(row[kind], tick + shift, "o", color=colour, label=None if tick else label)
             if low is not None:
-                axes.plot([low, high], [place + shift] * 2, color=colour, linewidth=2.2)
+                axes.plot([low, high], [tick + shift] * 2, color=colour, linewidth=2.2)
     axes.axvline(0.5, color="#777777", linewidth=1.0, linestyle=":")
     axes.set_yticks(range(len(rows)), [row["controller"] for row in rows])
     axes.invert_yaxis()
@@ -221,9 +221,9 @@ def _intervals(
     axes: Axes, x: NDArray[np.float64], rows: Sequence[Row], colour: str, name: str
 ) -> None:
     """Draw success rates with their intervals."""
-    for place, row in zip(x.tolist(), rows, strict=True):
+    for tick, row in zip(x.tolist(), rows, strict=True):
         ends = [row["wilson_low"], row["wilson_high"]]
-        axes.plot([place, place], ends, color=colour, linewidth=2.0, alpha=0.6)
+        axes.plot([tick, tick], ends, color=colour, linewidth=2.0, alpha=0.6)
     rates = [row["success_rate"] for row in rows]
     axes.plot(x, rates, "o-", color=colour, linewidth=1.2, markersize=5, label=name)
 

@@ -133,9 +133,9 @@ def fields_figure(examples: "Mapping[str, FieldClassification]", grid: PolarGrid
         side.set_ylim(-1.0, 1.5)
         side.set_xlabel("ahead [m]")
         side.set_ylabel("height [m]")
-        about = f"{kind}, {example.case.sensor} at {example.case.height:.2f} m"
+        caption = f"{kind}, {example.case.sensor} at {example.case.height:.2f} m"
         field = example.case.field
-        side.set_title(about if field is None else f"{about}, plants of {field.height:.2f} m")
+        side.set_title(caption if field is None else f"{caption}, plants of {field.height:.2f} m")
         for panel, cells, title in (
             (truth, example.truth, "labels"),
             (called, example.called, "as called"),

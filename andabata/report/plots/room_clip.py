@@ -15,8 +15,8 @@ from PIL import Image, ImageDraw
 
 from andabata.evaluation.room_drives import RoomAttempt
 from andabata.report.plots.drive_traces import COLOURS
+from andabata.report.plots.room_drawing import draw_room
 from andabata.report.plots.room_movers import MOVER_COLOUR, NO_MOVERS, Movers
-from andabata.report.plots.rooms import draw_room
 from andabata.tasks.terminations import Outcome
 from worlds.rooms.room import Room
 

@@ -120,17 +120,17 @@ def study_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
     """Return the differences of a study of a laser with their intervals.
 
     Args:
-        rows: Rows of ``study_lidar``: the laser as it is first.
+        rows: Rows of ``tabulate_study``: the laser as it is first.
         title: Title of the picture.
     """
     base, *changes = rows
     figure = Figure(figsize=(9, 0.34 * len(changes) + 1.7), layout="constrained")
     axes = figure.add_subplot()
-    for place, row in enumerate(changes):
+    for tick, row in enumerate(changes):
         mean, low, high = (100 * row[f"difference{end}"] for end in ("", "_low", "_high"))
         colour = _BETTER if low > 0 else _WORSE if high < 0 else _UNCLEAR
-        axes.plot([low, high], [place, place], color=colour, linewidth=2.5, solid_capstyle="butt")
-        axes.plot(mean, place, "o", color=colour, markersize=7)
+        axes.plot([low, high], [tick, tick], color=colour, linewidth=2.5, solid_capstyle="butt")
+        axes.plot(mean, tick, "o", color=colour, markersize=7)
     axes.axvline(0, color="black", linewidth=0.8)
     rates = [f"{row['text']}   {100 * row['success_rate']:.1f} %" for row in changes]
     axes.set_yticks(range(len(changes)), rates)

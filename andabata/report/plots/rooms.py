@@ -4,58 +4,44 @@ They follow the figures of Zhang et al. (arXiv 2010.10209), whose numbers stand 
 """
 
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
-from matplotlib.path import Path as MplPath
-from numpy.typing import NDArray
+from matplotlib.patches import Circle
 
 from andabata.evaluation.room_drives import RoomAttempt
 from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.support_points import SupportPoints
 from andabata.machine.planar.lidar import PlanarLidarConfig
-from andabata.machine.planar.mover_contact import Contact
-from andabata.report.class_colours import BLOCKED_COLOUR, FREE_COLOUR
+from andabata.report.plots.room_drawing import (
+    END_STYLES,
+    HIT_STYLE,
+    HITS,
+    PATH_COLOUR,
+    add_end_legend,
+    draw_drives,
+    draw_end,
+    draw_goal,
+    draw_room,
+    draw_start,
+    room_panels,
+)
 from andabata.report.plots.room_movers import NO_MOVERS, Movers, draw_tracks, track_legend
 from andabata.tasks.terminations import Outcome
 from worlds.rooms.movers import MoverPlan
 from worlds.rooms.room import Room
 
-_SOLID = "#b9b4aa"
-_PATH = "#4f6d8f"
-
-_END_STYLES: dict[Outcome, dict[str, Any]] = {
-    Outcome.GOAL: {"marker": "o", "color": FREE_COLOUR, "label": "goal reached"},
-    Outcome.COLLISION: {"marker": "x", "color": BLOCKED_COLOUR, "label": "crash"},
-    Outcome.TIMEOUT: {"marker": "^", "color": "#e69f00", "label": "time-out"},
-}
-"""Markers and colours of ends (Fig. 7)."""
-
-_HIT_STYLE: dict[str, Any] = {"marker": "X", "color": "#7b3fa0", "label": "hit by a mover"}
-"""The same of collisions that a mover caused, on a robot that drove or stood."""
-
-_HITS = (Contact.HIT, Contact.HIT_AT_REST)
-"""Contacts that are not the robot's fault."""
-
 _MAY_APPEAR: dict[str, Any] = {"facecolor": "none", "edgecolor": "#d1483f", "linestyle": ":"}
 """Style of an obstacle that is not always there."""
 
-_ENTRY = 1.75
-"""Width of an entry of a legend [inches]."""
-
 _GOAL_MARKERS = ("o", "s", "^", "p")
 """Markers of the support points on the way to each goal (Fig. 6)."""
-
-_FEW = 10
-"""Number of paths up to which they do not hide each other."""
 
 _LONG = 160
 """Control step up to which support points are shown: of a robot that stalls they pile up."""
@@ -97,13 +83,13 @@ def trajectories_figure(
             tracks = movers.get((lidar, room.name))
             if tracks is not None:
                 draw_tracks(axes, tracks)
-                axes.plot(*mine[0].path[:, :2].T, color=_PATH, linewidth=2.4, zorder=2.6)
-            _draw_drives(axes, mine)
+                axes.plot(*mine[0].path[:, :2].T, color=PATH_COLOUR, linewidth=2.4, zorder=2.6)
+            draw_drives(axes, mine)
             axes.set_title(f"{room.name}\n{lidar}: {_counts(mine)}", fontsize=9)
     figure.suptitle(title, fontsize=11)
-    hits = any(drive.contact in _HITS for some in drives.values() for drive in some)
+    hits = any(drive.contact in HITS for some in drives.values() for drive in some)
     ends = {drive.outcome for some in drives.values() for drive in some}
-    _end_legend(figure, hits=hits, others=[track_legend()] if movers else (), ends=ends)
+    add_end_legend(figure, hits=hits, others=[track_legend()] if movers else (), ends=ends)
     return figure
 
 
@@ -132,7 +118,7 @@ def ends_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
             axes.set_ylim(0, 1)
         line[0].set_ylabel("share of drives")
     figure.suptitle(title, fontsize=11)
-    _end_legend(figure, bars=True, hits=any(_hits(row) for row in rows))
+    add_end_legend(figure, bars=True, hits=any(_hits(row) for row in rows))
     return figure
 
 
@@ -154,14 +140,14 @@ def support_points_figure(found: Mapping[str, Moments], room: Room, title: str) 
     for axes, (name, drives) in zip(places, found.items(), strict=True):
         draw_room(axes, room)
         for k, (drive, moments) in enumerate(drives):
-            axes.plot(*drive.path[:, :2].T, color=_PATH, linewidth=0.7, alpha=0.7)
+            axes.plot(*drive.path[:, :2].T, color=PATH_COLOUR, linewidth=0.7, alpha=0.7)
             for moment in (each for each in moments if each.step <= _LONG):
                 colour = colours(norm(moment.step))
                 _draw_moment(axes, moment, colour, _GOAL_MARKERS[k % len(_GOAL_MARKERS)])
-            _draw_goal(axes, drive, f"G{k}")
+            draw_goal(axes, drive, f"G{k}")
         starts = {drive.path[0].tobytes(): drive for drive, _ in drives}
         for k, drive in enumerate(starts.values()):
-            _draw_start(axes, drive, f"S{k}" if len(starts) > 1 else "S")
+            draw_start(axes, drive, f"S{k}" if len(starts) > 1 else "S")
         axes.set_title(name, fontsize=10)
     scale = figure.colorbar(ScalarMappable(norm, colours), ax=list(places), shrink=0.75, pad=0.01)
     scale.set_label("control steps since the start")
@@ -191,20 +177,20 @@ def tour_figure(drives: Mapping[str, Sequence[RoomAttempt]], room: Room, title: 
         room: Room of the tour.
         title: Title of the picture.
     """
-    figure, places = _panels(len(drives), room)
+    figure, places = room_panels(len(drives), room)
     for axes, (name, legs) in zip(places, drives.items(), strict=True):
         draw_room(axes, room)
         for k, leg in enumerate(legs):
             colour = _LEGS[k % len(_LEGS)]
             axes.plot(*leg.path[:, :2].T, color=colour, linewidth=1.8)
-            _draw_goal(axes, leg, f"G{k + 1}", colour)
-            _draw_end(axes, leg)
-        _draw_start(axes, legs[0])
+            draw_goal(axes, leg, f"G{k + 1}", colour)
+            draw_end(axes, leg)
+        draw_start(axes, legs[0])
         steps = sum(leg.detail.steps for leg in legs)
         reached = sum(leg.outcome is Outcome.GOAL for leg in legs)
         axes.set_title(f"{name}: {reached} of {len(room.tasks)} goals in {steps} steps", fontsize=9)
     figure.suptitle(title, fontsize=11)
-    _end_legend(figure)
+    add_end_legend(figure)
     return figure
 
 
@@ -216,19 +202,19 @@ def sudden_figure(drives: Mapping[str, RoomAttempt], room: Room, title: str) -> 
         room: Room with the obstacles.
         title: Title of the picture.
     """
-    figure, places = _panels(len(drives), room)
+    figure, places = room_panels(len(drives), room)
     for axes, (name, drive) in zip(places, drives.items(), strict=True):
         draw_room(axes, room)
-        axes.plot(*drive.path[:, :2].T, color=_PATH, linewidth=1.8)
+        axes.plot(*drive.path[:, :2].T, color=PATH_COLOUR, linewidth=1.8)
         for number, one in enumerate(room.appearances, start=1):
             _draw_appearance(axes, drive, one, number)
-        _draw_goal(axes, drive, "G")
-        _draw_start(axes, drive)
-        _draw_end(axes, drive)
-        ending = _END_STYLES[drive.outcome]["label"]
+        draw_goal(axes, drive, "G")
+        draw_start(axes, drive)
+        draw_end(axes, drive)
+        ending = END_STYLES[drive.outcome]["label"]
         axes.set_title(f"{name}: {ending} after {drive.detail.steps} steps", fontsize=9)
     figure.suptitle(title, fontsize=11)
-    _end_legend(figure)
+    add_end_legend(figure)
     return figure
 
 
@@ -254,80 +240,9 @@ def _lidar_text(lidar: str) -> str:
     return lidar if lidar == label else f"{lidar}\n{label}"
 
 
-def _panels(count: int, room: Room) -> tuple[Figure, Sequence[Axes]]:
-    """Return a figure of panels side by side, each in the shape of a room."""
-    width = 6.2
-    size = (width * count, width * room.half[1] / room.half[0] + 1.3)
-    figure = Figure(figsize=size, layout="constrained")
-    return figure, figure.subplots(1, count, squeeze=False)[0]
-
-
 def _moments() -> Colormap:
     """Return the colours of moments: black at the start, as in the paper."""
     return LinearSegmentedColormap.from_list("moments", ["black", "#1540c4", "#d0006f", "#f0a000"])
-
-
-def draw_room(axes: Axes, room: Room) -> None:
-    """Draw walls, boxes and posts."""
-    for x_low, y_low, x_high, y_high in room.boxes.tolist():
-        box = Rectangle((x_low, y_low), x_high - x_low, y_high - y_low, color=_SOLID, linewidth=0.8)
-        axes.add_patch(box)
-    for x, y, radius in room.circles.tolist():
-        axes.add_patch(Circle((x, y), radius, color=_SOLID, linewidth=0.8))
-    if len(room.edges):
-        axes.add_patch(PathPatch(_outlines(room.edges), color=_SOLID, linewidth=0.8))
-    axes.set_aspect("equal")
-    axes.set_xlim(-room.half[0] - 0.2, room.half[0] + 0.2)
-    axes.set_ylim(-room.half[1] - 0.2, room.half[1] + 0.2)
-    axes.set_xlabel("x [m]", fontsize=8)
-    axes.set_ylabel("y [m]", fontsize=8)
-    axes.tick_params(labelsize=7)
-
-
-def _outlines(edges: NDArray[np.float64]) -> MplPath:
-    """Return the path along the edges of outlines, which encloses what is solid."""
-    begins, ends = edges[:, :2], edges[:, 2:]
-    first = np.r_[True, (begins[1:] != ends[:-1]).any(axis=1)]
-    corners, codes = [], []
-    for begin, end, new in zip(begins.tolist(), ends.tolist(), first.tolist(), strict=True):
-        corners += [begin, end] if new else [end]
-        codes += [MplPath.MOVETO, MplPath.LINETO] if new else [MplPath.LINETO]
-    return MplPath(corners, codes)
-
-
-def _draw_drives(axes: Axes, drives: Sequence[RoomAttempt]) -> None:
-    """Draw paths with their ends, failures on top; few paths are drawn bolder."""
-    width = 1.4 if len(drives) <= _FEW else 0.6
-    for drive in drives:
-        axes.plot(*drive.path[:, :2].T, color=_PATH, linewidth=width, alpha=0.7)
-    for drive in sorted(drives, key=lambda each: list(_END_STYLES).index(each.outcome)):
-        _draw_end(axes, drive, 4.5)
-
-
-def _draw_end(axes: Axes, drive: RoomAttempt, size: float = 8) -> None:
-    """Draw how a drive ended."""
-    whole = _HIT_STYLE if drive.contact in _HITS else _END_STYLES[drive.outcome]
-    style = {name: whole[name] for name in ("marker", "color")}
-    over = 4 if drive.outcome is Outcome.GOAL else 5
-    axes.plot(*drive.path[-1, :2], linestyle="", markersize=size, zorder=over, **style)
-
-
-def _draw_goal(axes: Axes, drive: RoomAttempt, name: str, colour: str = "#222222") -> None:
-    """Draw a goal with its name."""
-    axes.plot(
-        *drive.detail.task.goal, "+", color=colour, markersize=11, markeredgewidth=2, zorder=6
-    )
-    offset: dict[str, Any] = {"textcoords": "offset points", "xytext": (6, 5), "fontsize": 9}
-    axes.annotate(name, drive.detail.task.goal, color=colour, **offset)
-
-
-def _draw_start(axes: Axes, drive: RoomAttempt, name: str = "S") -> None:
-    """Draw the start with its name and an arrow ahead."""
-    x, y, yaw = drive.path[0].tolist()
-    axes.plot(x, y, "o", color="black", markersize=6, zorder=6)
-    axes.annotate(name, (x, y), textcoords="offset points", xytext=(-14, 8), fontsize=9)
-    ahead = (0.4 * np.cos(yaw), 0.4 * np.sin(yaw))
-    axes.arrow(x, y, *ahead, color="black", width=0.03, head_width=0.16, zorder=6)
 
 
 def _draw_moment(axes: Axes, moment: SupportPoints, colour: Any, marker: str) -> None:  # noqa: ANN401
@@ -355,18 +270,18 @@ def _draw_appearance(axes: Axes, drive: RoomAttempt, one: MoverPlan, number: int
     axes.annotate(f"O{number}", (x, y), ha="center", va="center", fontsize=9)
     if step is None:
         return
-    place = tuple(drive.path[step, :2])
-    axes.add_patch(Circle(place, 0.2, facecolor="none", edgecolor="#d1483f", linewidth=1.2))
+    robot = tuple(drive.path[step, :2])
+    axes.add_patch(Circle(robot, 0.2, facecolor="none", edgecolor="#d1483f", linewidth=1.2))
     below: dict[str, Any] = {
         "textcoords": "offset points",
         "xytext": (0, -32),
         "ha": "center",
         "fontsize": 8,
     }
-    axes.annotate(f"O{number} appears\nafter {step} steps", place, **below)
+    axes.annotate(f"O{number} appears\nafter {step} steps", robot, **below)
 
 
-def _draw_bar(axes: Axes, place: int, rows: Sequence[Mapping[str, Any]]) -> None:
+def _draw_bar(axes: Axes, tick: int, rows: Sequence[Mapping[str, Any]]) -> None:
     """Draw the shares of ends of a cell, one on top of the other."""
     trials = sum(row["trials"] for row in rows)
     bottom = 0.0
@@ -374,13 +289,13 @@ def _draw_bar(axes: Axes, place: int, rows: Sequence[Mapping[str, Any]]) -> None
     reached, crashed, late = (
         sum(row[name] for row in rows) for name in ("successes", "collisions", "timeouts")
     )
-    success, crash, timeout = _END_STYLES.values()
+    success, crash, timeout = END_STYLES.values()
     parts = [(reached, success), (crashed - hits, crash), (late, timeout)]
     if hits:
-        parts.insert(2, (hits, _HIT_STYLE))
+        parts.insert(2, (hits, HIT_STYLE))
     for count, style in parts if trials else ():
         share = count / trials
-        axes.bar(place, share, bottom=bottom, width=0.8, color=style["color"])
+        axes.bar(tick, share, bottom=bottom, width=0.8, color=style["color"])
         bottom += share
     if trials:
         text: dict[str, Any] = {
@@ -390,41 +305,12 @@ def _draw_bar(axes: Axes, place: int, rows: Sequence[Mapping[str, Any]]) -> None
             "fontsize": 7,
             "color": "white",
         }
-        axes.text(place, 0.03, f"{100 * reached / trials:.0f} %", **text)
+        axes.text(tick, 0.03, f"{100 * reached / trials:.0f} %", **text)
 
 
 def _hits(row: Mapping[str, Any]) -> int:
     """Return the number of collisions that movers caused; rows of earlier versions have none."""
     return int(row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0))
-
-
-def _end_legend(
-    figure: Figure,
-    bars: bool = False,
-    hits: bool = False,
-    others: Sequence[Artist] = (),
-    ends: Collection[Outcome] = tuple(_END_STYLES),
-) -> None:
-    """Add the legend of ends below a figure.
-
-    Args:
-        figure: Figure.
-        bars: True if ends are bars.
-        hits: True if movers hit a robot.
-        others: More entries.
-        ends: Ends that are drawn.
-    """
-    styles = [style for outcome, style in _END_STYLES.items() if outcome in ends]
-    styles += [_HIT_STYLE] if hits else []
-    handles: list[Any] = [
-        Patch(color=style["color"], label=style["label"])
-        if bars
-        else Line2D([], [], linestyle="", **style)
-        for style in styles
-    ]
-    handles += others
-    columns = min(max(int(figure.get_figwidth() / _ENTRY), 1), len(handles))
-    figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=9)
 
 
 def _counts(drives: Sequence[RoomAttempt]) -> str:

@@ -106,12 +106,12 @@ def _boxes(figure: Figure, lines: list[list[dict[str, str]]], name: str) -> list
     for axes, named in zip(figure.axes, lines, strict=True):
         if axes.name != "rectilinear" or {axes.get_xscale(), axes.get_yscale()} != {"linear"}:
             continue
-        place = axes.get_position()
+        extent = axes.get_position()
         box = (
-            width * place.x0,
-            height * (1 - place.y1),
-            width * place.x1,
-            height * (1 - place.y0),
+            width * extent.x0,
+            height * (1 - extent.y1),
+            width * extent.x1,
+            height * (1 - extent.y0),
         )
         found.append(
             {

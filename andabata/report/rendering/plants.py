@@ -115,15 +115,15 @@ class Plants:
                 that they do not hide it.
             in_haze: True for haze.
         """
-        place = canvas.camera.place
-        distances = np.linalg.norm(self.leaves - place, axis=1)
+        eye = canvas.camera.place
+        distances = np.linalg.norm(self.leaves - eye, axis=1)
         share = shares(distances, focus)
         shown = self.leaf_ranks < share
         scale = np.sqrt(1.0 / _details(distances[shown]))
         colours = self.leaf_colours[shown]
         colours = hazy(colours, distances[shown]) if in_haze else colours
         canvas.discs(self.leaves[shown], self.radii[shown] * scale, colours)
-        distances = np.linalg.norm(self.feet - place, axis=1)
+        distances = np.linalg.norm(self.feet - eye, axis=1)
         shown = self.blade_ranks < shares(distances, focus)
         colours = self.blade_colours[shown]
         colours = hazy(colours, distances[shown]) if in_haze else colours

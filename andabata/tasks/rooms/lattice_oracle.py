@@ -286,8 +286,8 @@ def _moved(
         query: Goal, room and moves of the search.
     """
     new_x, new_y = x, y
-    for place in places:
-        new_x, new_y = x + c * place[0] - s * place[1], y + s * place[0] + c * place[1]
+    for offset in places:
+        new_x, new_y = x + c * offset[0] - s * offset[1], y + s * offset[0] + c * offset[1]
         if _touches(new_x, new_y, query):
             return False, new_x, new_y
     return True, new_x, new_y

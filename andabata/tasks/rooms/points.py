@@ -65,12 +65,12 @@ def window_of(bearing: float, size: int, fov: float, edge: float) -> int:
         edge: Widening of a window [windows].
     """
     turn = size * (_TURN / fov)
-    place = (bearing + 0.5 * fov) * (size / fov) + edge
-    place -= turn * np.floor(place / turn)
+    index = (bearing + 0.5 * fov) * (size / fov) + edge
+    index -= turn * np.floor(index / turn)
     # The last window holds its upper edge; beyond it there may be a part of the turn without any.
-    if place > size + 2.0 * edge:
+    if index > size + 2.0 * edge:
         return -1
-    return min(int(place), size - 1)
+    return min(int(index), size - 1)
 
 
 @kernel

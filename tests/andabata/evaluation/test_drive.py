@@ -9,7 +9,7 @@ import pytest
 from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.attempt import Attempt
-from andabata.evaluation.drive import Driven, Recording, digest, drive_once
+from andabata.evaluation.drive import Driven, Recording, drive_once
 from andabata.evaluation.strict_verdict import StrictMeasures
 from andabata.evaluation.trial import OffroadMeasures
 from andabata.machine.planar.mover_contact import Contact
@@ -157,11 +157,6 @@ def test_a_recorded_drive_is_the_same_drive(tmp_path):
     manifest = json.loads(next(tmp_path.glob("*.json")).read_text())
     assert (manifest["world"], manifest["seed"], manifest["controller"]) == ("maze", 0, "straight")
     assert path.stat().st_size > 1000
-
-
-def test_the_digest_is_sha256():
-    """The digest of nothing is the known one."""
-    assert digest(b"") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855"
 
 
 def test_the_command_draws_a_drive(capsys, tmp_path):

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from andabata.evaluation.lidar_study import LidarStudyConfig, mounting_advice, study_lidar
-from andabata.evaluation.rooms import evaluate_rooms
+from andabata.evaluation.lidar_study import LidarStudyConfig, mounting_advice
 from andabata.machine.planar.lidar import PLANAR_LIDARS
 from andabata.tasks.rooms.spn_config import SpnConfig
 from rl.goal_laws import ProportionalPolicy
+from tests.support.room_tables import evaluated_rooms, studied_lidar
 
 TASK = SpnConfig()
 POLICIES = {"p": ProportionalPolicy({}, TASK.observations, TASK.actions)}
@@ -62,8 +62,8 @@ def test_rows_are_those_of_the_same_tasks():
     with any laser, so that every difference is 0 with an interval around it.
     """
     config = small()
-    study = study_lidar(config, POLICIES)
-    counted = evaluate_rooms(config.cells, POLICIES).rows
+    study = studied_lidar(config, POLICIES)
+    counted = evaluated_rooms(config.cells, POLICIES).rows
     for row in study.rows:
         mine = [one for one in counted if one["lidar"] == row["lidar"]]
         for name in ("trials", "successes", "collisions", "timeouts"):

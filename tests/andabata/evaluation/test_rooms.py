@@ -15,7 +15,6 @@ from andabata.evaluation.rooms import (
     RoomEvaluationConfig,
     alike,
     cell_task,
-    evaluate_rooms,
     judged_task,
     oracle_of,
     tasks_of,
@@ -25,6 +24,7 @@ from andabata.tasks.rooms.spn_config import SpnConfig
 from rl.goal_laws import LAWS, ProportionalPolicy
 from rl.policy import with_info
 from tests.support.room_policies import window_policy
+from tests.support.room_tables import evaluated_rooms
 from worlds.rooms.catalogue import make_room
 
 TASK = SpnConfig()
@@ -76,11 +76,11 @@ def test_a_cell_has_its_room_laser_and_memory():
 def test_rows_do_not_depend_on_what_is_driven_beside():
     """A cell's row is the same alone; several policies have rows of their own and together."""
     both = {"p": POLICIES["p"], "q": POLICIES["p"]}
-    table = evaluate_rooms(small(), both)
+    table = evaluated_rooms(small(), both)
     assert len(table.rows) == 8
     assert [(row["policy"], row["policies"]) for row in table.pooled] == [("p, q", 2)] * 4
     config = small(rooms=("spn-env1",), lidars=("front-180",))
-    alone = evaluate_rooms(config, POLICIES)
+    alone = evaluated_rooms(config, POLICIES)
     assert alone.pooled == alone.differences == table.differences == []
     assert alone.rows == [
         row
@@ -107,7 +107,7 @@ def test_policies_of_other_kinds_are_compared_with_the_first():
     laws = {
         name: LAWS[name]({}, TASK.observations, TASK.actions) for name in ("proportional", "away")
     }
-    table = evaluate_rooms(small(memories=("map",)), laws)
+    table = evaluated_rooms(small(memories=("map",)), laws)
     assert [(row["policy"], row["against"], row["lidar"]) for row in table.differences] == [
         ("away", "proportional", lidar) for lidar in small().lidars
     ]
@@ -131,7 +131,7 @@ def test_a_map_is_another_memory():
     """With a map the proportional controller goes round what it hits without."""
     changes = {"rooms": ("spn-env1",), "lidars": ("front-180",), "memories": ("reactive", "map")}
     config = small(pairs=0, **changes)
-    reactive, mapped = evaluate_rooms(config, POLICIES).rows
+    reactive, mapped = evaluated_rooms(config, POLICIES).rows
     assert (reactive["memory"], mapped["memory"]) == ("reactive", "map")
     assert reactive["trials"] == mapped["trials"] == 4
     assert mapped["successes"] >= reactive["successes"] + 2

@@ -12,7 +12,7 @@ from rosbags.rosbag1 import Writer
 
 from andabata.app.cli import main
 from andabata.exports.csv_table import LONGEST_ARRAY, LONGEST_BYTES, LONGEST_LIST
-from andabata.exports.topics import decode_bag_cloud, export_bag, file_names, read_bag_cloud
+from andabata.exports.topics import decode_bag_cloud, export_bag, file_names
 from andabata.records.bags import BagError
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
@@ -364,7 +364,7 @@ def test_clouds_are_counted_from_both_ends(tmp_path):
         rows.append(("/points", POINT_CLOUD, message))
     path = write(tmp_path / "x.bag", rows)
     for number, value in ((0, 0), (1, 1), (2, 3), (-1, 3), (-2, 1), (-3, 0)):
-        assert read_bag_cloud(path, None, number).points[0, 0] == value
+        assert decode_bag_cloud(path, None, number).cloud.points[0, 0] == value
     for number in (3, -4):
         with pytest.raises(BagError, match="--number: expected one of the"):
-            read_bag_cloud(path, None, number)
+            decode_bag_cloud(path, None, number)

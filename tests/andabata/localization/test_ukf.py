@@ -17,7 +17,7 @@ from andabata.localization.ukf import (
 )
 
 N = 6
-LINEAR = np.zeros(N, dtype=np.bool_)
+LINEAR = np.zeros(N, dtype=np.uint8)
 WEIGHTS = SigmaWeights.merwe(N)
 
 

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from andabata.exports.topics import read_bag_cloud
+from andabata.exports.topics import decode_bag_cloud
 from andabata.records import topics
 from andabata.records.bag_writers import open_writer, write_manifest
 from andabata.records.bags import BagError
@@ -46,6 +46,6 @@ def test_a_cloud_survives_writing_and_reading(tmp_path):
         message = builder.cloud(1.0, PointCloud(points, "base_footprint"))
         writer.write(topics.CLOUD, builder.stamp_ns(1.0), message)
         writer.close()
-        cloud = read_bag_cloud(path, None)
+        cloud = decode_bag_cloud(path, None).cloud
         np.testing.assert_array_equal(cloud.points, points)
         assert cloud.frame == "base_footprint"

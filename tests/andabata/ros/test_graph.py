@@ -6,14 +6,9 @@ import sys
 import pytest
 
 from andabata.app.cli import main
-from andabata.bench.studies.ros_graph import Graph, has_tools
-from andabata.distribution import install_ros
+from andabata.bench.studies.ros_graph import Graph
 from andabata.records.topics import TOPICS
-
-needs_ros = pytest.mark.skipif(
-    not has_tools(),
-    reason=f"ROS 1's tools are not installed (on Debian: {install_ros()})",
-)
+from tests.support.ros_tools import needs_ros
 
 
 @pytest.fixture(scope="module")

@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.bench.studies.ros_graph import finished_bag, has_tools, result, running, stop
-from andabata.distribution import install_ros
+from andabata.bench.studies.ros_graph import finished_bag, result, running, stop
 from andabata.records.bags import Bag
 from andabata.records.messages import header_ns
+from tests.support.ros_tools import needs_ros
 from traversability.grid import PolarGrid
 
-needs_ros = pytest.mark.skipif(
-    not has_tools(),
-    reason=f"ROS 1's tools are not installed (on Debian: {install_ros()})",
-)
 SENSORS = ("/2D_scan", "/head_angle", "/encoder_data", "/imu", "/mag_orientation", "/fix")
 QUICK = ["--set", "plant=kinematic"]
 

@@ -17,7 +17,7 @@ from rl.policy import load_policy
 def small_plan():
     overrides = ["validation=1", "learner.hidden=[16, 16]", "learner.episodes_per_iteration=2"]
     overrides += ["learner.batch_size=16", "stages.Natural.rehearsal=0.5"]
-    for name, episodes, limit in (("Maze2D", 4, 8.0), ("Maze3D", 2, 6.0), ("Natural", 2, 6.0)):
+    for name, episodes, limit in (("Maze2D", 4, 4.0), ("Maze3D", 2, 3.0), ("Natural", 2, 3.0)):
         overrides += [
             f"stages.{name}.episodes={episodes}",
             f"stages.{name}.environment.seeds=[0, 1]",

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from tests.support.room_widths import has_no_way_narrower_than, share_of_largest_region
+from tests.support.room_widths import coverage, has_no_way_narrower_than, share_of_largest_region
 from worlds.rooms.catalogue import UnknownRoomError, make_room, room_names, room_plan
 from worlds.rooms.geodesics import remaining, ways_to
 from worlds.rooms.mover_placement import draw_movers
-from worlds.rooms.room import RoomPlan, coverage, free_places, random_task
+from worlds.rooms.room import RoomPlan, free_places, random_task
 from worlds.world import Start
 
 

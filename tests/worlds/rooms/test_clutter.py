@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from tests.support.room_widths import (
+    coverage,
     has_no_way_narrower_than,
     obstacle_count,
     share_of_largest_region,
 )
 from worlds.rooms.clutter import COVERAGE, random_cluttered_room
 from worlds.rooms.geodesics import remaining, ways_to
-from worlds.rooms.room import Room, RoomPlan, coverage, random_task
+from worlds.rooms.room import Room, RoomPlan, random_task
 
 ROOMS = [random_cluttered_room(seed) for seed in range(24)]
 

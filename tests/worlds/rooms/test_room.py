@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from tests.support.room_widths import coverage
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.room import (
     Room,
     RoomPlan,
-    coverage,
     free_places,
     random_place,
     random_task,

@@ -8,6 +8,7 @@ from terrain.classes import SemanticClass
 from tests.support.collada_files import crate
 from tests.support.mesh_files import angle_bar, block, ranges, save, torus
 from tests.support.sdf_worlds import CUBE, PLANE, POST, document, pose, read, solid
+from tests.support.true_maps import solid_at
 from worlds.bodies import build_bodies
 from worlds.quiet_pybullet import pybullet
 from worlds.rays.scene import RayScene
@@ -86,8 +87,8 @@ def test_shapes_are_objects_of_their_classes(tmp_path):
     assert kinds == [SemanticClass.WALL, SemanticClass.POST, SemanticClass.ROCK]
     assert found.outside == 1
     truth, (x, y) = found.world.truth, found.origin
-    assert truth.solid_at(np.array([0, 2, 4]) - x, np.zeros(3) - y).all()
-    assert not truth.solid_at(6 - x, -y)
+    assert solid_at(truth, np.array([0, 2, 4]) - x, np.zeros(3) - y).all()
+    assert not solid_at(truth, 6 - x, -y)
 
 
 def test_a_world_of_space_has_tasks_and_one_without_has_none(tmp_path):

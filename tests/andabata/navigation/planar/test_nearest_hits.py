@@ -10,7 +10,6 @@ from andabata.navigation.planar.nearest_hits import (
     NOWHERE,
     empty_hits,
     find_nearest,
-    nearest_hit,
 )
 
 CELLS, CELL, REACH = 64, 0.05, 0.6
@@ -32,6 +31,13 @@ def found_in(layer):
     found = empty_hits(CELLS, CELL, REACH)
     find_nearest(layer, found)
     return found
+
+
+def nearest_hit(nearest, x, y):
+    """Return the hit nearest to the cell of a place [m]; beyond the square there is none."""
+    i, j = np.floor((np.array([x, y]) - nearest.corner) * nearest.per_metre).astype(int)
+    inside = min(i, j) >= 0 and max(i, j) < len(nearest.places)
+    return tuple(nearest.places[i, j]) if inside else (NOWHERE, NOWHERE)
 
 
 @pytest.mark.parametrize("robot", [(0.0, 0.0), (7.33, -4.21)])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mcap.writer import IndexType, Writer
 
-from andabata.exports.topics import read_bag_cloud
+from andabata.exports.topics import decode_bag_cloud
 from andabata.records.bags import Bag, BagError
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, message_types
@@ -82,7 +82,7 @@ def test_a_bag_converted_to_mcap_gives_its_clouds(tmp_path):
         data = bytes(types.serialize_ros1(message, POINT_CLOUD))
         writer.add_message(channel, stamp(0), data, stamp(0))
         writer.finish()
-    np.testing.assert_array_equal(read_bag_cloud(path, None).points, points)
+    np.testing.assert_array_equal(decode_bag_cloud(path, None).cloud.points, points)
 
 
 def test_channels_of_other_encodings_are_skipped_alone(tmp_path):

@@ -24,7 +24,7 @@ CONFIG = SimulatedRobotConfig(plant="kinematic")
 
 @pytest.fixture(scope="module")
 def driven(scenes):
-    """Return the recorder of a robot that drove for four seconds in a natural world."""
+    """Return the recorder of a robot that drove for 2.4 seconds in a natural world."""
     scene = scenes.get("natural", 3)
     robot = SimulatedRobot(
         scene, CONFIG, Models(), make_steering("straight", scene.world, CONFIG, Models())
@@ -32,7 +32,7 @@ def driven(scenes):
     recorder = ClipRecorder(robot)
     task = scene.world.tasks[0]
     readings = robot.place(task.start, np.array(task.goals[0]), np.random.default_rng(0))
-    for _ in range(40):
+    for _ in range(24):
         readings = robot.step(readings)
     return recorder
 
@@ -102,8 +102,8 @@ def test_the_camera_looks_over_the_robots_shoulder():
 
 def test_frames_are_every_second_step_and_know_their_part_of_the_path(driven):
     """Positions are of every step; a frame counts those up to its own."""
-    assert len(driven.positions) == 40
-    assert [frame.n_positions for frame in driven.frames] == list(range(2, 41, 2))
+    assert len(driven.positions) == 24
+    assert [frame.n_positions for frame in driven.frames] == list(range(2, 25, 2))
     last = driven.frames[-1]
     assert np.array_equal(last.pose.position, driven.positions[-1])
 

@@ -12,13 +12,14 @@ from andabata.evaluation.room_drives import room_attempt
 from andabata.evaluation.support_points import SupportPoints
 from andabata.machine.planar.mover_contact import Contact
 from andabata.report.plots import rooms
+from andabata.report.plots.room_drawing import END_STYLES, HIT_STYLE
 from andabata.tasks.terminations import Outcome
 from worlds.rooms.catalogue import make_room
-from worlds.rooms.room import Room, RoomPlan, RoomTask
+from worlds.rooms.room import RoomTask
 from worlds.world import Start
 
 ROOM = make_room("spn-env0")
-GREEN, RED, ORANGE = (style["color"] for style in rooms._END_STYLES.values())
+GREEN, RED, ORANGE = (style["color"] for style in END_STYLES.values())
 
 
 def drive(outcome=Outcome.GOAL, steps=10, y=0.0, speed=0.1):
@@ -52,7 +53,7 @@ def test_hits_by_movers_have_a_marker_and_a_bar_of_their_own():
     """What a mover caused is no crash of the robot's; the legend tells it where there is some."""
     hit = replace(drive(Outcome.COLLISION, y=1.0), contact=Contact.HIT_AT_REST)
     figure = rooms.trajectories_figure({("trained", ROOM.name): [drive(), hit]}, [ROOM], "title")
-    purple = rooms._HIT_STYLE["color"]
+    purple = HIT_STYLE["color"]
     np.testing.assert_allclose(markers(figure.axes[0], purple), [[0.0, 1.0]], atol=1e-12)
     cell = {"room": "r", "lidar": "trained", "memory": "map", "trials": 10, "successes": 4}
     row = cell | {"collisions": 5, "timeouts": 1, "hit_by_mover": 1, "hit_at_rest": 2}
@@ -92,33 +93,6 @@ def test_titles_and_legends_lie_inside_the_figure():
         assert box.x1 <= figure.bbox.x1
         assert box.y0 >= 0
         assert box.y1 <= figure.bbox.y1
-
-
-def test_rooms_are_drawn_in_metres():
-    """Each box and circle is where it stands; the room is in view with equal scales."""
-    figure = rooms.trajectories_figure({("a", ROOM.name): [drive()]}, [ROOM], "title")
-    (axes,) = figure.axes
-    boxes = [patch.get_bbox().extents for patch in axes.patches[: len(ROOM.boxes)]]
-    np.testing.assert_allclose(boxes, ROOM.boxes)
-    circles = [(*patch.center, patch.radius) for patch in axes.patches[len(ROOM.boxes) :]]
-    np.testing.assert_allclose(circles, ROOM.circles)
-    assert axes.get_aspect() == 1
-    assert axes.get_xlim()[0] <= -4 < 4 <= axes.get_xlim()[1]
-
-
-def test_outlines_are_drawn_solid_but_for_their_holes():
-    """What is solid is filled, by any winding; a wall of two corners is a line."""
-    square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
-    hole = ((0.4, 0.4), (0.4, 0.6), (0.6, 0.6), (0.6, 0.4))
-    outlines = (square, hole, ((-1.0, -1.0), (-0.5, -0.5)))
-    made = Room.of("r", RoomPlan(about="", half=(2.0, 2.0), outlines=outlines))
-    figure = rooms.trajectories_figure({("a", "r"): [drive()]}, [made], "title")
-    (patch,) = figure.axes[0].patches[len(made.boxes) :]
-    path = patch.get_path()
-    starts = path.vertices[path.codes == path.MOVETO]
-    np.testing.assert_allclose(starts, [each[0] for each in outlines])
-    assert len(path.vertices) == 5 + 5 + 3
-    assert path.contains_points([(0.2, 0.2), (1.2, 0.2)]).tolist() == [True, False]
 
 
 def row(room, lidar, memory, ends, trials=10):

@@ -155,10 +155,9 @@ def run_trial(
             outcome = monitor.judge(_truth(readings), simulated_robot.navigator.has_arrived)
             if on_step is not None:
                 on_step(readings)
-        error = float(
-            np.hypot(*(simulated_robot.localizer.pose.position - state.pose.position)[:2])
-        )
-        attempts.append(measured(number, outcome, shortest, error, monitor))
+        # The estimate is that of the readings before the last step.
+        off = simulated_robot.localizer.pose.position - state.pose.position
+        attempts.append(measured(number, outcome, shortest, float(np.hypot(*off[:2])), monitor))
         # The next goal lies ahead of this one: from where the robot failed it is another task.
         if outcome is not Outcome.GOAL:
             break

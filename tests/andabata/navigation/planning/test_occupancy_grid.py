@@ -55,7 +55,7 @@ def test_one_scan_moves_the_log_odds_by_a_known_share():
 
 
 def test_where_ground_falls_away_two_seconds_make_an_obstacle():
-    """Four scans of empty cells that nothing hides, two a second, and not one that may be chance."""
+    """Four scans of empty cells that nothing hides, two a second, and not two: may be chance."""
     lethal = make().config.lethal_log_odds
     assert at(updated(make(), nothing_seen(), 4), 2.1, 0.1) > lethal
     assert at(updated(make(), nothing_seen(), 2), 2.1, 0.1) < lethal

@@ -1,5 +1,6 @@
 """Results of commands as tables and texts for people, from the data that ``--json`` prints."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +46,7 @@ def drive_text(title: str, data: Data) -> str:
         f"{_word(attempt)}"
         for attempt in data["attempts"]
     ]
+    lines += _estimate_lines(data.get("estimate"))
     lines += [f"{name}: {data[name]}" for name in ("picture", "record", "clip") if name in data]
     return "\n".join(lines)
 
@@ -53,6 +55,28 @@ def _word(attempt: Data) -> str:
     """Return how far from the goal the robot was when it declared it reached, if it did."""
     error = attempt.get("arrival_error_m")
     return "" if error is None else f"; declared reached {error:.2f} m from it"
+
+
+def _estimate_lines(estimate: Data | None) -> list[str]:
+    """Return how far a robot's own estimate was off, and why it was not ok."""
+    if estimate is None:
+        return []
+    degrees = [math.degrees(estimate[f"heading_{name}_rad"]) for name in ("error", "rms")]
+    lines = [
+        f"own estimate: {estimate['position_error_m']:.2f} m off at the end (rms "
+        f"{estimate['position_rms_m']:.2f} m, at most {estimate['position_max_m']:.2f} m), heading "
+        f"{degrees[0]:.1f} degrees (rms {degrees[1]:.1f}); inside its own 2-sigma ellipse "
+        f"{100 * estimate['inside_2_sigma']:.0f} % of the time (86 % expected)"
+    ]
+    health, causes = estimate["health_s"], estimate["causes_s"]
+    if set(health) != {"ok"}:
+        shares = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in health.items())
+        reasons = ", ".join(f"{name} ({seconds:.1f} s)" for name, seconds in causes.items())
+        lines.append(f"health: {shares}" + (f"; {reasons}" if reasons else ""))
+    for sensor, unused in estimate["unused"].items():
+        words = ", ".join(f"{number} {reason}" for reason, number in unused.items())
+        lines.append(f"not used: {sensor}: {words}")
+    return lines
 
 
 def _ending(attempt: Data) -> str:

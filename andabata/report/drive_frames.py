@@ -10,8 +10,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.localizer import Health, Localizer
-from andabata.localization.ukf_localizer import UkfLocalizer
+from andabata.localization.estimator_status import EstimatorStatus
+from andabata.localization.localizer import Localizer
 from andabata.machine.kinematics import Twist
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.sensor_readings import WheelSpeeds
@@ -89,9 +89,8 @@ class DriveFrame:
         stamp: Time since the robot was put down [s].
         odometry: Estimated pose in ``odom``.
         estimate: Estimated pose in the map.
-        covariance: Covariance of its x, y [m] and yaw [rad], shape (3, 3); None without a filter.
+        status: Health, causes and uncertainty of the estimate; None where no estimator is known.
         is_true: True if ``pose`` is the true one.
-        health: Health of the estimate.
         goal: Goal in the map [m], shape (2,); None without one.
         heading_error: Bearing of the goal, or sub-goal, from the heading [rad]; None without one.
         twist: Twist that is driven.
@@ -110,9 +109,8 @@ class DriveFrame:
     stamp: float = 0.0
     odometry: Pose = field(default_factory=_level)
     estimate: Pose = field(default_factory=_level)
-    covariance: NDArray[np.float64] | None = None
+    status: EstimatorStatus | None = None
     is_true: bool = True
-    health: Health = Health.OK
     goal: NDArray[np.float64] | None = None
     heading_error: float | None = None
     twist: Twist = _STANDSTILL
@@ -199,7 +197,6 @@ class FrameSource:
         """
         localizer, truth = self._localizer, result.readings.truth
         window = None if self._assembler is None else self._assembler.window
-        covariance = localizer.covariance if isinstance(localizer, UkfLocalizer) else None
         return DriveFrame(
             pose=self._pose(result),
             scan=None if self._scan is None else self._scan[0],
@@ -209,9 +206,8 @@ class FrameSource:
             stamp=result.readings.stamp,
             odometry=localizer.odometry,
             estimate=localizer.pose,
-            covariance=covariance,
+            status=localizer.status,
             is_true=truth is not None,
-            health=localizer.health,
             goal=result.goal.copy(),
             heading_error=self._heading_error(result),
             twist=result.twist,

@@ -63,6 +63,17 @@ _SUCCESS_TEXT = (
     "Brackets hold 95 % intervals (Wilson); SPL is success weighted by path length."
 )
 
+_PAIRS = (
+    *("controller", "difference", "mcnemar_gained", "mcnemar_lost", "mcnemar_p"),
+    *("spl_difference", "time_difference_s", "both"),
+)
+
+_PAIRS_TEXT = (
+    "Each controller less {against}, in the same {trials} trials. A trial counts as a success if "
+    "it reached all of its goals. Times are compared where both have finished. Brackets hold 95 % "
+    "intervals: of success after Agresti and Min, of SPL and time by resampled worlds."
+)
+
 _PAPER_TEXT = "The paper's Table 4, in its own test world, beside those of natural-test:"
 
 _PATHS_TEXT = (
@@ -92,6 +103,7 @@ def report_evaluation(folder: Path) -> tuple[Page, Row]:
         [_fact(row) for row in with_reached(rows) if row["goal"] == "all"],
         [
             _success(rows, worlds, data.get("success_within")),
+            _pairs(data.get("differences", ())),
             _by_difficulty(attempts, controllers),
             _paths(attempts, worlds),
             _failures(folder, data["failures"], attempts),
@@ -142,6 +154,15 @@ def goals_table(rows: Sequence[Row], every: str, caption: str = "") -> Table:
     several_goals = len({row["goal"] for row in rows}) > 2  # Two are the only goal and "all".
     shown = [row for row in with_reached(rows) if several_goals or row["goal"] != "all"]
     return Table(shown, _SHOWN, caption, every)
+
+
+def _pairs(rows: Sequence[Row]) -> Section | None:
+    """Return the differences from the first controller; None of one alone."""
+    if not rows:
+        return None
+    first = rows[0]
+    text = _PAIRS_TEXT.format(trials=first["trials"], against=first["against"])
+    return Section("Pairs", text, Table(rows, _PAIRS))
 
 
 def _paper_rows() -> list[Row]:

@@ -51,6 +51,7 @@ _PUBLISHED = (
     topics.TWIST,
     topics.WHEEL_COMMAND,
     topics.FILTERED_ODOMETRY,
+    topics.ESTIMATED_POSE,
     topics.DIAGNOSTICS,
     topics.GOAL_REACHED,
 )

@@ -121,7 +121,7 @@ class RobotNode:
         stamp = self._readings.stamp
         self._goal.publish(self._goal.data_class(self._builder.goal(stamp, goal)))
         if is_first:
-            message = self._builder.initial(stamp, state.pose)
+            message = self._builder.stamped_pose(stamp, state.pose)
             self._initial_pose.publish(self._initial_pose.data_class(message))
 
     def _attempt(

@@ -1,5 +1,7 @@
 """Results as text: known answers."""
 
+import math
+
 from andabata.app.console import Console
 from andabata.app.tables import (
     drive_text,
@@ -65,6 +67,26 @@ def test_a_drive_has_a_line_for_each_goal():
     assert drive_text("title", data | {"record": "d.bag"}).splitlines() == [
         *lines,
         "record: d.bag",
+    ]
+
+
+def test_a_drive_says_how_far_its_own_estimate_was_off():
+    """In metres and degrees; why it was not ok, and which readings were not used, on own lines."""
+    estimate = {"position_error_m": 0.5, "position_rms_m": 0.4, "position_max_m": 1.2}
+    estimate |= {"heading_error_rad": math.radians(2), "heading_rms_rad": math.radians(3)}
+    estimate |= {"inside_2_sigma": 0.9, "health_s": {"ok": 12.0}, "causes_s": {}, "unused": {}}
+    lines = drive_text("title", {"attempts": [], "estimate": estimate}).splitlines()
+    assert lines[1:] == [
+        "own estimate: 0.50 m off at the end (rms 0.40 m, at most 1.20 m), heading 2.0 degrees "
+        "(rms 3.0); inside its own 2-sigma ellipse 90 % of the time (86 % expected)"
+    ]
+    estimate["health_s"] = {"ok": 12.0, "degraded": 3.1}
+    estimate["causes_s"] = {"gnss: not accepted": 3.1}
+    estimate["unused"] = {"gnss": {"beyond the gate": 4, "a negative variance": 1}}
+    lines = drive_text("title", {"attempts": [], "estimate": estimate}).splitlines()
+    assert lines[2:] == [
+        "health: ok 12.0 s, degraded 3.1 s; gnss: not accepted (3.1 s)",
+        "not used: gnss: 4 beyond the gate, 1 a negative variance",
     ]
 
 

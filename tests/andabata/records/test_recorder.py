@@ -267,6 +267,33 @@ def test_diagnostics_are_not_ok_where_a_check_failed():
     assert levels == [(0, "ok"), (1, "degraded; wheels: backwards; imu: gyro"), (0, "ok")]
 
 
+def test_a_recording_holds_what_the_robot_believes():
+    """Covariance in odometry and pose; health, cause, sigmas and unused readings by key."""
+    drive, writer = PlannedDrive(), MemoryWriter()
+    drive.localizer.health = Health.DEGRADED
+    drive.localizer.causes = ("gnss: not accepted for 9.0 s",)
+    drive.localizer.unused = {"compass": {"beyond the gate": 12, "invalid": 3}}
+    queue = MessageQueue(writer, MessageBuilder(1))
+    recorder = Recorder(queue, drive.localizer, None, GRID.bearings)
+    recorder.queue_state(0.0)
+    queue.flush()
+    found = {topic: message for _, topic, message in writer.messages}
+    expected = drive.localizer.status.covariance.ravel()
+    for topic in (topics.FILTERED_ODOMETRY, topics.ESTIMATED_POSE):
+        np.testing.assert_array_equal(found[topic].pose.covariance, expected)
+        assert found[topic].pose.pose.position.x == drive.localizer.pose.position[0]
+    (status,) = found[topics.DIAGNOSTICS].status
+    assert status.message == "degraded; gnss: not accepted for 9.0 s"
+    assert {pair.key: pair.value for pair in status.values} == {
+        "health": "degraded",
+        "cause": "gnss: not accepted for 9.0 s",
+        "position sigma [m]": "0.300",
+        "heading sigma [deg]": "5.73",
+        "not used: compass, beyond the gate": "12",
+        "not used: compass, invalid": "3",
+    }
+
+
 def test_a_check_that_fails_is_published_at_once():
     """Between the seconds a change of the failed checks is a message of its own."""
     drive, writer = PlannedDrive(), MemoryWriter()

@@ -6,11 +6,8 @@ from dataclasses import dataclass, replace
 from worlds.catalogue import make_world
 from worlds.rays.scene import RayScene
 from worlds.truth import with_vegetation_limit
-from worlds.world import Geofence, World
+from worlds.world import World
 from worlds.world_files import is_world_file
-
-_MARGIN = 1.0
-"""Distance of the geofence from the world's border [m] (assumption)."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +21,6 @@ class Scene:
 
     world: World
     rays: RayScene
-
-    @property
-    def geofence(self) -> Geofence:
-        """Rectangle that a robot must not leave: beyond the border there is no ground."""
-        ground = self.world.ground
-        x, y = ground.width / 2 - _MARGIN, ground.depth / 2 - _MARGIN
-        return -x, -y, x, y
 
     def with_vegetation_limit(self, limit: float) -> "Scene":
         """Return the scene with the true map of a robot that crosses plants up to a height [m]."""

@@ -25,7 +25,7 @@ def offroad_tables(data: Data) -> Group:
     rows = [row for row in data["rows"] if not names or row["controller"] in names]
     tables = [_pairs_table(pairs)] if pairs else []
     tables += [_table([row for row in compared if row["controller"] == name]) for name in names]
-    return Group(evaluation_tables({"rows": rows}), *tables)
+    return Group(evaluation_tables({**data, "rows": rows}), *tables)
 
 
 def _pairs_table(rows: Sequence[Data]) -> "Table":

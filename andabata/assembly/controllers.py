@@ -90,12 +90,14 @@ def make_steering(
         raise ValueError(f"--controller: expected {', '.join(known)}, got {name!r}{why}")
     if name == ORACLE and world is not None:
         oracle = OracleController(world, config.robot, config.local_planner, config.rollouts)
-        return Steering(oracle, action_repeat=config.rollouts.action_repeat)
+        return Steering(oracle, action_repeat=config.rollouts.action_repeat, knows_truth=True)
     inner = _WITH_PLANNER.get(name, name)
     controller = _MAKERS[inner](config, models or Models(), rng or np.random.default_rng(0))
     if inner == name:
         return Steering(controller)
     repeat = config.rollouts.action_repeat
     settings = config.local_planner.decimated(repeat)
-    planner = LocalPlanner(config.grid, settings, config.robot, config.rollouts)
+    planner = LocalPlanner(
+        config.grid, settings, config.robot, config.rollouts, config.arrival.distance
+    )
     return Steering(controller, planner, repeat)

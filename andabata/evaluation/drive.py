@@ -13,7 +13,7 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.drive_trace import DriveTrace
 from andabata.evaluation.estimate_error import EstimateError
-from andabata.evaluation.trial import OffroadAttempt, Operator, run_trial
+from andabata.evaluation.trial import OffroadAttempt, Operator, run_trial, strict_row
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.navigator import StepResult
@@ -92,6 +92,9 @@ class Driven:
                     "spl": attempt.spl,
                     "trespass_m": attempt.detail.forbidden_distance,
                     "min_clearance_m": attempt.detail.min_clearance,
+                    "arrival_error_m": attempt.detail.arrival_error,
+                    "position_error_m": attempt.detail.position_error,
+                    **strict_row(attempt),
                 }
                 for attempt in self.attempts
             ],

@@ -15,7 +15,9 @@ from andabata.evaluation.comparison import Attempts, DrivenCell
 from andabata.evaluation.judging import JUDGED_FORM, checked_seed, refuse_other_form
 from andabata.evaluation.perturbation import Arm, arms, with_disturbance
 from andabata.evaluation.scenarios import Scenario, scenarios
-from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures
+from andabata.evaluation.strict_verdict import StrictMeasures
+from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures, strict_row
+from andabata.evaluation.trial_monitor import arrival_tolerance
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
@@ -92,6 +94,14 @@ class EvaluationConfig(BaseModel):
     def arms(self) -> tuple[Arm, ...]:
         """What drives in each trial: controllers, and with each disturbance alone."""
         return arms(self.controllers, self.simulated_robot, self.perturb)
+
+    @property
+    def tolerance(self) -> float:
+        """Distance beyond the goal's radius at which a robot may declare it reached [m].
+
+        It is that of the robot without disturbances, for all: a worse receiver is no excuse.
+        """
+        return arrival_tolerance(self.simulated_robot)
 
     @property
     def scenarios(self) -> tuple[Scenario, ...]:
@@ -250,6 +260,7 @@ def _drive(
         partial(_keep_walkers, walkers),
         contender=arm.name,
         repetition=trial,
+        tolerance=config.tolerance,
     )
     if on_failure is not None and not attempts[-1].is_success:
         failure = _failure(scene.world, attempts[-1], simulated_robot, walkers)
@@ -306,10 +317,19 @@ def attempt_row(attempt: OffroadAttempt) -> Entry:
         "steering_variation": measures.steering_variation,
         "energy_j": measures.energy,
         "min_clearance_m": measures.min_clearance,
+        "arrival_error_m": measures.arrival_error,
+        "position_error_m": measures.position_error,
+        **strict_row(attempt),
         "end_xy": list(measures.end),
         "goal_xy": list(measures.goal_place),
         "path": np.round(attempt.path[::_PATH_STRIDE, :2], 2).tolist(),
     }
+
+
+def _strict_of(row: Mapping[str, Any]) -> StrictMeasures | None:
+    """Return the strict measures of a row; None for one of an earlier version."""
+    time = row.get("outline_forbidden_s")
+    return None if time is None else StrictMeasures(time, row["solid_distance_m"])
 
 
 def attempt_of(row: Mapping[str, Any]) -> OffroadAttempt:
@@ -326,6 +346,10 @@ def attempt_of(row: Mapping[str, Any]) -> OffroadAttempt:
         steering_variation=row["steering_variation"],
         energy=row["energy_j"],
         min_clearance=row["min_clearance_m"],
+        # Journals of earlier versions have neither a robot's word nor a strict verdict.
+        arrival_error=row.get("arrival_error_m"),
+        position_error=row.get("position_error_m"),
+        strict=_strict_of(row),
     )
     return Attempt(
         contender=row["controller"],

@@ -143,7 +143,7 @@ class Recorder:
         self._bearings, self._records_clouds = bearings, clouds
         self._cloud: PointCloud | None = None
         self._goal: NDArray[np.float64] | None = None
-        self._last_complaints = ""
+        self._last_complaints, self._has_arrived = "", False
         self.has_begun = False
         self.diagnostic_values: dict[str, str] = {}
         self.failures: Sequence[str] = ()
@@ -178,7 +178,7 @@ class Recorder:
         self._queue.flush()
 
     def queue_commands(self, step: StepResult) -> None:
-        """Queue the outcome of a step: virtual scan, twist and wheel speeds, map and plan."""
+        """Queue the outcome of a step: virtual scan, twist, wheel speeds, arrival, map and plan."""
         now, builder = step.readings.stamp, self._queue.builder
         if step.scan is not None:
             scan = builder.virtual_scan(now, step.scan, self._bearings)
@@ -186,6 +186,9 @@ class Recorder:
         self._queue.add(now, topics.TWIST, builder.twist(step.twist.linear, step.twist.angular))
         wheels = builder.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
         self._queue.add(now, topics.WHEEL_COMMAND, wheels)
+        if step.has_arrived and not self._has_arrived:
+            self._queue.add(now, topics.GOAL_REACHED, builder.goal(now, step.goal))
+        self._has_arrived = step.has_arrived
         if self._planner is not None:
             for topic, message in self._planner.messages(builder, step):
                 self._queue.add(now, topic, message)

@@ -62,6 +62,9 @@ ESTIMATED_POSE = Topic("/pose", "/pose", "geometry_msgs/msg/PoseWithCovarianceSt
 
 DIAGNOSTICS = Topic("/diagnostics", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1.0)
 GOAL = Topic("/goal", "/goal", "geometry_msgs/msg/PoseStamped", None)
+GOAL_REACHED = Topic("/goal_reached", "/goal_reached", "geometry_msgs/msg/PoseStamped", None)
+"""Goal that the robot declares reached, by its own estimate, once for each goal."""
+
 GROUND_TRUTH = Topic("/ground_truth", "/ground_truth", "nav_msgs/msg/Odometry", 10.0)
 WALKERS = Topic("/walkers", "/walkers", "geometry_msgs/msg/PoseArray", 10.0)
 """True places of the walkers' feet, of worlds that have some."""

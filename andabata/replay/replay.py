@@ -209,7 +209,8 @@ class BagReplay:
             use_datum(self._localizer, self._datum)
         self._compass = CompassCheck(self._datum.reference, drive.config.robot.wheel_radius)
         self._navigator.reset(setup.start, 0.0, setup.is_rough)
-        self._navigator.geofence = replace(setup, settings=drive.settings).geofence
+        recorded = replace(setup, settings=drive.settings).geofence
+        self._navigator.geofence = recorded or drive.config.geofence
 
     def _sensor_decoder(self, epoch_ns: int) -> SensorDecoder:
         """Return a decoder of the sensors' messages that counts time from an epoch [ns]."""

@@ -98,6 +98,7 @@ class DriveFrame:
         head: Azimuth of the laser's head from straight ahead [rad]; None where it does not turn.
         plan: Knowledge of the planner; None without a planner.
         scan_pose: Pose at which the robot was drawn then; None for the present one.
+        has_arrived: True if the robot has declared the goal reached.
     """
 
     pose: Pose
@@ -117,6 +118,7 @@ class DriveFrame:
     head: float | None = None
     plan: PlanFrame | None = None
     scan_pose: Pose | None = None
+    has_arrived: bool = False
 
     def points(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the laser points in the map [m], shape (n, 3), and their ages [s], shape (n,)."""
@@ -213,6 +215,7 @@ class FrameSource:
             head=_head(result),
             plan=self._plan() if with_plan else None,
             scan_pose=None if self._scan is None else self._scan[1],
+            has_arrived=result.has_arrived,
         )
 
     def _pose(self, result: StepResult) -> Pose:

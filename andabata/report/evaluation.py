@@ -7,6 +7,7 @@ from typing import Any
 
 from PIL import Image
 
+from andabata.evaluation.offroad_table import success_text
 from andabata.report.blocks import Block, Fact, Folded, Picture, Plot, Table, Text
 from andabata.report.columns import interval, several, with_reached, word
 from andabata.report.folder import read_result, read_rows
@@ -34,11 +35,13 @@ _SHOWN = (
     "goal",
     "reached",
     "success_rate",
+    "strict_successes",
     "spl",
     "collisions",
     "tipovers",
     "timeouts",
     "stuck",
+    "false_arrivals",
     "trespass_share",
 )
 
@@ -99,14 +102,15 @@ def report_evaluation(folder: Path) -> tuple[Page, Row]:
         f"{', '.join(controllers)}; the same worlds, starts and noise for each.",
         [_fact(row) for row in with_reached(rows) if row["goal"] == "all"],
         [
-            _success(rows, worlds),
+            _success(rows, worlds, data.get("success_within")),
             _pairs(data.get("differences", ())),
             _by_difficulty(attempts, controllers),
             _paths(attempts, worlds),
             _failures(folder, data["failures"], attempts),
         ],
     )
-    return page, {key: data[key] for key in ("rows", "failures")}
+    shown = ("rows", "failures", "success_within")
+    return page, {key: data[key] for key in shown if key in data}
 
 
 def read_attempts(path: Path) -> list[Row]:
@@ -118,8 +122,8 @@ def read_attempts(path: Path) -> list[Row]:
     return [row for entry in read_rows(path)[1:] for row in entry["rows"]]
 
 
-def _success(rows: Sequence[Row], worlds: Sequence[str]) -> Section:
-    """Return success by goal, a table a world."""
+def _success(rows: Sequence[Row], worlds: Sequence[str], within: Row | None) -> Section:
+    """Return success by goal, a table a world, and how near a goal counts as reached."""
     there = PAPER_WORLD in worlds
     beside = "; hollow: the paper's Table 4, of one world" if there else ""
     figure = goals_figure(rows, {PAPER_WORLD: PAPER_GOALS} if there else {})
@@ -129,7 +133,14 @@ def _success(rows: Sequence[Row], worlds: Sequence[str]) -> Section:
     )
     plot = Plot(figure, "success", f"Goals reached in a row{beside}", drawn=True)
     paper = [Text(_PAPER_TEXT), Table(_paper_rows())] if there else ()
-    return Section("Success", _SUCCESS_TEXT, plot, *tables, *paper)
+    text = _SUCCESS_TEXT if within is None else f"{_SUCCESS_TEXT} {_capital(within)}"
+    return Section("Success", text, plot, *tables, *paper)
+
+
+def _capital(within: Row) -> str:
+    """Return how near a goal counts as reached as a sentence."""
+    text = success_text(within)
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def goals_table(rows: Sequence[Row], every: str, caption: str = "") -> Table:

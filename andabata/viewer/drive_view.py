@@ -318,7 +318,10 @@ def frame_text(frame: DriveFrame) -> str:
     lines = [f"**{frame.stamp:.1f} s**"]
     if frame.goal is not None:
         away = float(np.hypot(*(frame.goal - frame.pose.position[:2])))
-        lines.append(f"goal at {frame.goal[0]:.1f}, {frame.goal[1]:.1f} m: {away:.1f} m away")
+        there = ", declared reached" if frame.has_arrived else ""
+        lines.append(
+            f"goal at {frame.goal[0]:.1f}, {frame.goal[1]:.1f} m: {away:.1f} m away{there}"
+        )
     if frame.status is not None:
         lines += _estimate_lines(frame, frame.status)
     return "  \n".join(lines)

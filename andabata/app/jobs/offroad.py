@@ -43,8 +43,16 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
 
     def tabulate(attempts: Sequence[OffroadAttempt], _: Engine) -> dict[str, Any]:
         rows = summarise(attempts, [arm.name for arm in config.arms])
-        data = {"rows": rows, "failures": failure_causes(attempts), "reality": reality}
-        data["differences"] = controller_differences(attempts, config.controllers)
+        data: dict[str, Any] = {
+            "rows": rows,
+            "failures": failure_causes(attempts),
+            "reality": reality,
+            "differences": controller_differences(attempts, config.controllers),
+            "success_within": {
+                "radius_m": config.terminations.goal_radius,
+                "tolerance_m": config.tolerance,
+            },
+        }
         if config.perturb:
             data["perturbations"] = perturbation_rows(attempts, config.arms)
         return data

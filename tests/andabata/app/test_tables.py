@@ -116,6 +116,25 @@ def test_each_world_of_an_evaluation_has_its_table(capsys):
     assert max(map(len, lines)) <= 80
 
 
+def test_the_strict_verdict_and_the_robots_word_have_a_table_of_their_own(capsys):
+    """Under the first one, with the radius and the tolerance below all; 80 columns at most."""
+    row = {
+        **{"controller": "random+planner", "world": "hill", "goal": 1, "trials": 200},
+        **{"successes": 170, "wilson_low": 0.79, "wilson_high": 0.9, "spl": 0.2},
+        **{"collisions": 20, "tipovers": 1, "timeouts": 3, "stuck": 2, "trespass_share": 0.01},
+        **{"strict_successes": 151, "false_arrivals": 4, "left_world": 0},
+        **{"arrival_error_m": 0.723, "position_error_m": None},
+    }
+    within = {"radius_m": 1.0, "tolerance_m": 0.998}
+    lines = printed(capsys, evaluation_tables({"rows": [row], "success_within": within}))
+    assert lines[4] == "hill. strict verdict, and the robot's own word"
+    assert lines[7].split() == ["random+planner", "1", "151/200", "4", "0", "0.72", "m", "-"]
+    assert "within 1.0 m + 1.00 m" in " ".join(lines[8:])
+    assert max(map(len, lines)) <= 80
+    old = printed(capsys, evaluation_tables({"rows": [row]}))
+    assert len(old) == 4
+
+
 def test_collisions_that_walkers_caused_stand_apart(capsys):
     """The robot's own + those of walkers."""
     row = {

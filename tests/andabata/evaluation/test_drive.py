@@ -10,6 +10,7 @@ from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.drive import Driven, Recording, drive_once
+from andabata.evaluation.strict_verdict import StrictMeasures
 from andabata.evaluation.trial import OffroadMeasures
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.machine.planar.mover_contact import Contact
@@ -94,6 +95,9 @@ def attempt(goal, outcome):
         steering_variation=0.5,
         energy=None,
         min_clearance=0.75,
+        arrival_error=0.5,
+        position_error=0.25,
+        strict=StrictMeasures(0.1, None),
     )
     path = np.array([[goal, 0.0, 0.0], [goal, 1.23456, 0.0]])
     return Attempt("policy", "made", 0, outcome, Contact.NONE, 10.0, 4.0, 2.0, measures, path)
@@ -128,6 +132,12 @@ def test_a_drive_succeeds_with_its_last_goal(make_ground, outcomes, success):
         "spl": 0.5 if outcomes[0] is Outcome.GOAL else 0.0,
         "trespass_m": 0.25,
         "min_clearance_m": 0.75,
+        "arrival_error_m": 0.5,
+        "position_error_m": 0.25,
+        "strict": outcomes[0] is Outcome.GOAL,
+        "strict_failure": "",
+        "outline_forbidden_s": 0.1,
+        "solid_distance_m": None,
     }
     assert data["path"][:2] == [[1.0, 0.0, 0.0], [1.0, 1.235, 0.0]]
     assert len(data["path"]) == 2 * len(outcomes)

@@ -18,8 +18,6 @@ from andabata.records.recorder import MessageQueue, Recorder, queue_readings
 from andabata.records.topics import TOPICS
 from tests.support.planned_drives import GRID, PlannedDrive
 from tests.support.played_graph import MemoryWriter
-from worlds.scenes import SceneCache
-from worlds.splits import evaluation_world
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "4", "--controller", "reactive"]
 
@@ -79,10 +77,11 @@ def test_a_drive_with_a_map_replays_within_its_geofence(capsys, tmp_path):
     path = tmp_path / "drive.mcap"
     words = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "policy+planner"]
     limits = ["--set", "plant=kinematic", "--time-limit", "10", "--out", str(tmp_path / "out")]
-    assert main([*words, *limits, "--record", str(path), "--json"]) == 0
+    fence = ["--set", "geofence=[-49.0, -49.0, 49.0, 49.0]"]
+    assert main([*words, *limits, *fence, "--record", str(path), "--json"]) == 0
     with Bag(path) as bag:
         geofence = read_setup(bag, {}, {}).geofence
-    assert geofence == SceneCache(1).get("natural-test", evaluation_world(3, 0)).geofence
+    assert geofence == (-49.0, -49.0, 49.0, 49.0)
     code, data = run(capsys, "bag", "replay", str(path))
     assert code == 0
     assert data["differing_commands"] == 0
@@ -219,6 +218,20 @@ def test_true_places_of_walkers_are_recorded_while_they_are_there():
     assert (stamp, topic, message.header.frame_id) == (1_100_000_000, topics.WALKERS, "map")
     (pose,) = message.poses
     assert (pose.position.x, pose.position.y, pose.position.z) == (1.0, 2.0, 0.5)
+
+
+def test_a_goal_that_is_declared_reached_is_recorded_once():
+    """Its place in the map, in the step of the word; the next goal has a message of its own."""
+    drive, writer = PlannedDrive(), MemoryWriter()
+    queue = MessageQueue(writer, MessageBuilder(1, 0))
+    recorder = Recorder(queue, drive.localizer, None, GRID.bearings)
+    step = drive.navigator.step(SensorReadings(0.1))
+    for arrived, goal in ((False, 8.0), (True, 8.0), (True, 8.0), (False, 3.0), (True, 3.0)):
+        recorder.queue_commands(step._replace(has_arrived=arrived, goal=np.array([goal, 0.5])))
+    queue.flush()
+    found = [m for _, topic, m in writer.messages if topic is topics.GOAL_REACHED]
+    assert [m.pose.position.x for m in found] == [8.0, 3.0]
+    assert {m.header.frame_id for m in found} == {"map"}
 
 
 def test_a_sweep_leaves_at_its_end_and_a_fix_with_its_period():

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from andabata.configuration.settings import explain
 from andabata.runs.folder import versions
+from andabata.runs.journal import checked_entry
 from traversability.dataset import MANIFEST
 
 ABOUT = "run.json"
@@ -101,10 +102,16 @@ def read_rows(path: Path) -> list[dict[str, Any]]:
         raise RunFolderError(
             f"{path}: No such file: expected the rows of a run, got none; run its command again"
         )
-    lines, found = path.read_text(encoding="utf-8").splitlines(), []
+    lines, found = path.read_bytes().decode("utf-8", "replace").splitlines(), []
     for number, line in enumerate(lines, start=1):
         try:
-            found.append(json.loads(line))
+            entry = checked_entry(json.loads(line))
+            if entry is None:
+                raise RunFolderError(
+                    f"{path}: line {number}: expected an entry with its CRC-32, got a changed "
+                    "one; delete the line, and the same command makes its piece of the run again"
+                )
+            found.append(entry)
         except json.JSONDecodeError as error:
             if number < len(lines):
                 raise RunFolderError(

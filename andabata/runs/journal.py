@@ -73,14 +73,25 @@ def _entry(path: Path, number: int, line: str) -> Entry:
     Raises:
         ValueError: If the line is not as it was written.
     """
-    entry = json.loads(line)
-    stated = entry.pop(_CRC, None) if isinstance(entry, dict) else ""
-    if stated is None or stated == _crc(entry):
-        return dict(entry)
+    entry = checked_entry(json.loads(line))
+    if entry is not None:
+        return entry
     raise ValueError(
         f"{path}: line {number}: expected an entry with its CRC-32, got a changed one; delete the "
         "line, and its piece of the run is made again"
     )
+
+
+def checked_entry(content: object) -> Entry | None:
+    """Return the entry in a line's JSON without its checksum; None if it has changed.
+
+    Args:
+        content: JSON of the line, with or without a checksum.
+    """
+    if not isinstance(content, dict):
+        return None
+    entry = {key: value for key, value in content.items() if key != _CRC}
+    return entry if content.get(_CRC) in (None, _crc(entry)) else None
 
 
 def _crc(entry: Entry) -> str:

@@ -14,6 +14,7 @@ from andabata.report.folder import (
     read_rows,
     settings_of,
 )
+from andabata.runs.journal import Journal
 from tests.support.report_folders import written_drive, written_evaluation
 
 
@@ -87,6 +88,17 @@ def test_rows_survive_a_kill_in_the_last_line_alone(tmp_path):
         read_rows(path)
     with pytest.raises(RunFolderError, match="expected the rows of a run, got none"):
         read_rows(tmp_path / "none.jsonl")
+
+
+@pytest.mark.parametrize("change", [(b"12.5", b"92.5"), (b"soft", b"s\xffft")])
+def test_a_changed_row_of_a_journal_is_no_result(tmp_path, change):
+    """Rows come without the checksums of their lines; one that does not fit its own is refused."""
+    path, entry = tmp_path / "rows.jsonl", {"time": 12.5, "ground": "soft"}
+    Journal(path, {"seed": 1}).append(entry)
+    assert read_rows(path) == [{"seed": 1}, entry]
+    path.write_bytes(path.read_bytes().replace(*change))
+    with pytest.raises(RunFolderError, match=r"rows\.jsonl: line 2: .*delete the line"):
+        read_rows(path)
 
 
 def test_clouds_of_earlier_versions_have_a_manifest_alone(tmp_path):

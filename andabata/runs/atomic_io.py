@@ -237,11 +237,12 @@ def _write_all(file: io.RawIOBase, data: bytes) -> None:
 
 
 def _is_of(error: OSError, path: Path) -> bool:
-    """Return True if an error is about a path, its temporary file, or none by name."""
+    """Return True if an error is about a path, its parents or temporary file, or none by name."""
     if error.filename is None:
         return True
-    name = Path(os.fsdecode(error.filename)).name
-    return name == path.name or _TEMPORARY.fullmatch(name) is not None
+    other = Path(os.fsdecode(error.filename))
+    is_temporary = _TEMPORARY.fullmatch(other.name) is not None
+    return other.name == path.name or is_temporary or other in path.parents
 
 
 def _sync_folder(folder: Path) -> None:

@@ -80,9 +80,9 @@ TESTED_BY = {
     "andabata/report/run_folders": f"{APP}jobs/test_drive.py",
     # The live view, which a browser shows.
     "andabata/viewer/controls": BROWSER,
-    "andabata/viewer/drive_view": BROWSER,
     "andabata/viewer/keyboard": BROWSER,
     "andabata/viewer/offroad_scene": BROWSER,
+    "andabata/viewer/robot_drawing": BROWSER,
     "andabata/viewer/replayed": BROWSER,
     "andabata/viewer/room_choices": f"{APP}test_viewing.py",
     "andabata/viewer/room_scene": f"{APP}test_viewing.py",

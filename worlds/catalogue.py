@@ -15,6 +15,7 @@ from worlds.goals import UnsolvableWorldError
 from worlds.hollow import HollowConfig, make_hollow
 from worlds.maze import MazeConfig, make_maze
 from worlds.natural import NaturalConfig, make_natural
+from worlds.splits import refuse_judging
 from worlds.world import World
 from worlds.world_files import SUFFIX, is_world_file, load_world
 
@@ -86,6 +87,7 @@ def make_world(
     seed: int = 0,
     difficulty: float | None = None,
     config: PresetConfig | None = None,
+    release: str | None = None,
 ) -> World:
     """Return a world; the same arguments give the same bytes.
 
@@ -95,9 +97,11 @@ def make_world(
         seed: Seed within the preset's own family; the same seed of another preset is independent.
         difficulty: Difficulty from 0 to 1; None for the preset's own.
         config: Densities and sizes that replace the preset's own; None for those.
+        release: Release that is judged in the world; None for all other purposes.
 
     Raises:
         UnknownWorldError: If there is no such preset.
+        JudgingSeedError: If the seed judges a release, and it is not ``release``.
         UnsolvableWorldError: If no world with safe paths is found in a few attempts.
         WorldFileError: If a file is no world.
         OSError: If it cannot be read.
@@ -114,6 +118,7 @@ def make_world(
         config = presets()[name]
     if seed < 0:
         raise ValueError(f"seed: expected 0 or more, got {seed}")
+    refuse_judging(seed, release)
     level = config.difficulty if difficulty is None else difficulty
     if not 0 <= level <= 1:
         raise ValueError(f"difficulty: expected 0 to 1, got {level}")

@@ -14,9 +14,6 @@ _MARGIN = 30.0
 _MOVES = ((1, 0), (0, 1), (1, 1), (1, -1))
 """Half of a node's eight neighbours; the graph is undirected."""
 
-_TIGHT_COST = 50.0
-"""Extra cost per metre with too little clearance."""
-
 
 def shortest_path(
     clearance: NDArray[np.float32],
@@ -107,41 +104,6 @@ def _graph(free: NDArray[np.bool_], cost: NDArray[np.floating]) -> csr_matrix:
         weights.append(mean * np.hypot(di, dj))
     entries = (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns)))
     return coo_matrix(entries, shape=(n * m, n * m)).tocsr()
-
-
-def cost_to_go(
-    clearance: NDArray[np.float32],
-    cell: float,
-    goal: NDArray[np.float64],
-    min_clearance: float,
-    clearance_weight: float,
-) -> tuple[NDArray[np.float64], float]:
-    """Return the cost-to-go from everywhere to a goal.
-
-    Args:
-        clearance: Distance of each cell to the nearest forbidden one [m], shape (n, m).
-        cell: Edge of a cell [m].
-        goal: Goal [cells], shape (2,).
-        min_clearance: Desired clearance [m]; a metre with less costs 50 more, so that the
-            cost-to-go still leads a robot out of a tight place.
-        clearance_weight: Extra cost per metre for each metre of clearance short of one metre.
-
-    Returns:
-        Cost of each node [m], infinite without a path, and the edge of a node [cells].
-    """
-    coarse = clearance[_COARSE // 2 :: _COARSE, _COARSE // 2 :: _COARSE]
-    free = coarse >= cell
-    end = _nearest_free(free, goal / _COARSE - 0.5, 1.0 / (cell * _COARSE))
-    if end is None:
-        return np.full(free.shape, np.inf), _COARSE
-    graph = _graph(
-        free,
-        1.0
-        + clearance_weight * np.clip(1.0 - coarse, 0.0, 1.0)
-        + _TIGHT_COST * (coarse < min_clearance),
-    )
-    costs = dijkstra(graph, directed=False, indices=int(np.ravel_multi_index(end, free.shape)))
-    return costs.reshape(free.shape) * cell * _COARSE, _COARSE
 
 
 def _clearances(clearance: NDArray[np.float32], places: NDArray[np.float64]) -> NDArray[np.float32]:

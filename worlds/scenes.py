@@ -6,11 +6,8 @@ from dataclasses import dataclass, replace
 from worlds.catalogue import make_world
 from worlds.rays.scene import RayScene
 from worlds.truth import with_vegetation_limit
-from worlds.world import Geofence, World
+from worlds.world import World
 from worlds.world_files import is_world_file
-
-_MARGIN = 1.0
-"""Distance of the geofence from the world's border [m] (assumption)."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +21,6 @@ class Scene:
 
     world: World
     rays: RayScene
-
-    @property
-    def geofence(self) -> Geofence:
-        """Rectangle that a robot must not leave: beyond the border there is no ground."""
-        ground = self.world.ground
-        x, y = ground.width / 2 - _MARGIN, ground.depth / 2 - _MARGIN
-        return -x, -y, x, y
 
     def with_vegetation_limit(self, limit: float) -> "Scene":
         """Return the scene with the true map of a robot that crosses plants up to a height [m]."""
@@ -50,22 +40,30 @@ class SceneCache:
         self._capacity = capacity
         self._scenes: OrderedDict[tuple[str, int, float | None], Scene] = OrderedDict()
 
-    def get(self, preset: str, seed: int, difficulty: float | None = None) -> Scene:
+    def get(
+        self,
+        preset: str,
+        seed: int,
+        difficulty: float | None = None,
+        release: str | None = None,
+    ) -> Scene:
         """Return the scene of a preset and a seed, from the cache or newly made.
 
         Args:
             preset: Name of the preset, or of a world's file.
             seed: Seed of the world.
             difficulty: Difficulty from 0 to 1; None for the preset's own.
+            release: Release that is judged in the world; None for all other purposes.
 
         Raises:
             UnknownWorldError: If there is no such preset.
+            JudgingSeedError: If the seed judges a release, and it is not ``release``.
             UnsolvableWorldError: If no world with safe paths is found in a few attempts.
         """
         # A file holds one world.
         key = (preset, 0, None) if is_world_file(preset) else (preset, seed, difficulty)
         if key not in self._scenes:
-            world = make_world(preset, seed, difficulty)
+            world = make_world(preset, seed, difficulty, release=release)
             self._scenes[key] = Scene(world, RayScene(world))
         self._scenes.move_to_end(key)
         while len(self._scenes) > self._capacity:

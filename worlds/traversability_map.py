@@ -1,6 +1,5 @@
 """A grid map of where a world may be driven on, and why not elsewhere."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 
 from terrain.classes import TRAITS, SemanticClass
 from terrain.kernel import kernel
-from worlds.paths import cost_to_go, shortest_path
+from worlds.paths import shortest_path
 
 Floats = NDArray[np.floating]
 
@@ -159,32 +158,6 @@ class TraversabilityMap:
             clearance,
         )
         return None if path is None else path * self.cell + origin
-
-    def cost_to_go(
-        self, goal: Floats, min_clearance: float, clearance_weight: float
-    ) -> Callable[[Floats, Floats], NDArray[np.float64]]:
-        """Return the cost-to-go to ``goal`` as a function of map places x, y [m].
-
-        Args:
-            goal: Map coordinates [m], shape (2,).
-            min_clearance: Desired clearance [m]; a metre with less costs 50 more.
-            clearance_weight: Extra cost per metre for each metre of clearance short of one metre.
-        """
-        origin = np.array([self.x_min, self.y_min])
-        place = (np.asarray(goal, dtype=np.float64) - origin) / self.cell
-        costs, factor = cost_to_go(
-            self.clearance, self.cell, place, min_clearance, clearance_weight
-        )
-        last = np.array(costs.shape) - 1
-
-        def at(x: Floats, y: Floats) -> NDArray[np.float64]:
-            """Return the cost-to-go at places [m]; beyond the border, that of the border."""
-            edge = self.cell * factor
-            i = np.clip((x - self.x_min) / edge, 0, last[0]).astype(np.intp)
-            j = np.clip((y - self.y_min) / edge, 0, last[1]).astype(np.intp)
-            return costs[i, j]
-
-        return at
 
 
 @kernel

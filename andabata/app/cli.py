@@ -141,8 +141,9 @@ def _code(error: Exception) -> int:
     from worlds.catalogue import UnknownWorldError
     from worlds.goals import GoalError
     from worlds.rooms.catalogue import UnknownRoomError
+    from worlds.splits import JudgingSeedError
 
-    usage = SettingsError | UsageError | GoalError
+    usage = SettingsError | UsageError | GoalError | JudgingSeedError
     unknown = UnknownWorldError | UnknownRoomError | UnknownSensorError
     return USAGE if isinstance(error, usage | unknown) else FAILED
 

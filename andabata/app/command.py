@@ -25,6 +25,8 @@ from dataclasses import dataclass, is_dataclass
 from functools import wraps
 from typing import Any, TypeVar
 
+import typer
+
 EXAMPLES = "Examples:"
 """First line of the block of a docstring that shows command lines, one a line."""
 
@@ -92,6 +94,16 @@ def command(function: Callable[..., None]) -> Callable[..., None]:
     run.__annotations__ = {each.name: each.annotation for each in parameters}
     run.__doc__ = help_text(inspect.getdoc(function) or "")
     return run
+
+
+def typed_options(context: typer.Context) -> frozenset[str]:
+    """Return the names of the options on the command line, also of those at their defaults."""
+    return frozenset(
+        name
+        for name in context.params
+        if (source := context.get_parameter_source(name)) is not None
+        and source.name == "COMMANDLINE"
+    )
 
 
 def examples(text: str) -> list[str]:

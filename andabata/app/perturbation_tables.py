@@ -1,4 +1,4 @@
-"""Tables of an evaluation off-road for people, with what each disturbance costs."""
+"""Tables of an evaluation off-road for people: worlds, pairs, what each disturbance costs."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -15,17 +15,50 @@ Data = Mapping[str, Any]
 
 
 def offroad_tables(data: Data) -> Group:
-    """Return a table for each world, and one of the disturbances, where there are any.
+    """Return a table for each world, one of the pairs, and one of the disturbances.
 
     The first have the undisturbed controllers alone; ``--json`` has the rows of all.
     """
     compared: Sequence[Data] = data.get("perturbations", ())
-    if not compared:
-        return evaluation_tables(data)
+    pairs: Sequence[Data] = data.get("differences", ())
     names = list(dict.fromkeys(row["controller"] for row in compared))
-    undisturbed = [row for row in data["rows"] if row["controller"] in names]
-    tables = (_table([row for row in compared if row["controller"] == name]) for name in names)
-    return Group(evaluation_tables({"rows": undisturbed}), *tables)
+    rows = [row for row in data["rows"] if not names or row["controller"] in names]
+    tables = [_pairs_table(pairs)] if pairs else []
+    tables += [_table([row for row in compared if row["controller"] == name]) for name in names]
+    return Group(evaluation_tables({**data, "rows": rows}), *tables)
+
+
+def _pairs_table(rows: Sequence[Data]) -> "Table":
+    """Return the table of the differences from the first controller, for 80 columns.
+
+    Of a trial's success in points, of its SPL, and of its time in seconds.
+    """
+    shown = [
+        {
+            "controller": row["controller"],
+            "success": _interval(_in_points(row), "difference", "+.0f"),
+            "p": f"{row['mcnemar_p']:.1g}",
+            "spl": _interval(row, "spl_difference", "+.2f"),
+            "s": _interval(row, "time_difference_s", "+.0f"),
+        }
+        for row in rows
+    ]
+    first = rows[0]
+    title = f"in pairs with {first['against']}, {first['trials']} trials each; s: both finished"
+    return table_of(shown, title)
+
+
+def _in_points(row: Data) -> Data:
+    """Return a row with its difference of shares in points."""
+    return {name: 100 * row[name] for name in ("difference", "difference_low", "difference_high")}
+
+
+def _interval(row: Data, name: str, form: str) -> str | None:
+    """Return a difference with its interval, None without one."""
+    if row[name] is None:
+        return None
+    mean, low, high = (format(row[f"{name}{end}"], form) for end in ("", "_low", "_high"))
+    return f"{mean} [{low}, {high}]"
 
 
 def _table(rows: Sequence[Data]) -> "Table":

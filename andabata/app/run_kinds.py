@@ -12,11 +12,13 @@ from andabata.app.command import Given
 from andabata.app.console import table_of
 from andabata.app.options.evaluation import (
     BarnEvaluationOptions,
+    JudgedRobotOptions,
     OffroadEvaluationOptions,
     RoomEvaluationOptions,
     TrialOptions,
 )
 from andabata.app.options.models import ClassifierOptions
+from andabata.app.options.release import ReleaseOptions
 from andabata.app.options.shared import RobotOptions, SettingsOptions
 from andabata.configuration.usage import UsageError
 from andabata.report.columns import spoken
@@ -41,6 +43,7 @@ class EvaluationRequest:
         settings: Settings over those of the options.
         seed: Seed of the command.
         has_folder: True if the run has a folder.
+        typed: Names of the options that were typed, at their defaults or not.
     """
 
     task: str
@@ -48,6 +51,7 @@ class EvaluationRequest:
     settings: SettingsOptions
     seed: int
     has_folder: bool
+    typed: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -181,8 +185,8 @@ RUN_KINDS: list[RunKind] = [
         "evaluate",
         ("evaluate",),
         tasks=(OFFROAD,),
-        options=(TrialOptions, OffroadEvaluationOptions),
-        shared=(RobotOptions, ClassifierOptions),
+        options=(TrialOptions, OffroadEvaluationOptions, ReleaseOptions),
+        shared=(JudgedRobotOptions, ClassifierOptions),
         evaluation=f"{_APP}jobs.offroad:offroad_evaluation",
         report=f"{_REPORT}evaluation:report_evaluation",
         table=f"{_APP}perturbation_tables:offroad_tables",
@@ -191,7 +195,7 @@ RUN_KINDS: list[RunKind] = [
         "evaluate in rooms",
         ("evaluate",),
         tasks=ROOM_TASK_NAMES,
-        options=(RoomEvaluationOptions,),
+        options=(RoomEvaluationOptions, ReleaseOptions),
         evaluation=f"{_APP}jobs.rooms:room_evaluation",
         report=f"{_REPORT}rooms:report_rooms",
         table=f"{_APP}tables:room_tables",

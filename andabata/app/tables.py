@@ -1,11 +1,13 @@
 """Results of commands as tables and texts for people, from the data that ``--json`` prints."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Group
 
 from andabata.app.console import table_of
+from andabata.evaluation.offroad_table import success_text
 from andabata.report.columns import heading
 
 if TYPE_CHECKING:
@@ -41,10 +43,40 @@ def drive_text(title: str, data: Data) -> str:
     lines += [
         f"goal {attempt['goal']}: {_ending(attempt)} after {attempt['time_s']:.1f} s and "
         f"{attempt['distance_m']:.1f} m, {attempt['trespass_m']:.1f} m on forbidden ground"
+        f"{_word(attempt)}"
         for attempt in data["attempts"]
     ]
+    lines += _estimate_lines(data.get("estimate"))
     lines += [f"{name}: {data[name]}" for name in ("picture", "record", "clip") if name in data]
     return "\n".join(lines)
+
+
+def _word(attempt: Data) -> str:
+    """Return how far from the goal the robot was when it declared it reached, if it did."""
+    error = attempt.get("arrival_error_m")
+    return "" if error is None else f"; declared reached {error:.2f} m from it"
+
+
+def _estimate_lines(estimate: Data | None) -> list[str]:
+    """Return how far a robot's own estimate was off, and why it was not ok."""
+    if estimate is None:
+        return []
+    degrees = [math.degrees(estimate[f"heading_{name}_rad"]) for name in ("error", "rms")]
+    lines = [
+        f"own estimate: {estimate['position_error_m']:.2f} m off at the end (rms "
+        f"{estimate['position_rms_m']:.2f} m, at most {estimate['position_max_m']:.2f} m), heading "
+        f"{degrees[0]:.1f} degrees (rms {degrees[1]:.1f}); inside its own 2-sigma ellipse "
+        f"{100 * estimate['inside_2_sigma']:.0f} % of the time (86 % expected)"
+    ]
+    health, causes = estimate["health_s"], estimate["causes_s"]
+    if set(health) != {"ok"}:
+        shares = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in health.items())
+        reasons = ", ".join(f"{name} ({seconds:.1f} s)" for name, seconds in causes.items())
+        lines.append(f"health: {shares}" + (f"; {reasons}" if reasons else ""))
+    for sensor, unused in estimate["unused"].items():
+        words = ", ".join(f"{number} {reason}" for reason, number in unused.items())
+        lines.append(f"not used: {sensor}: {words}")
+    return lines
 
 
 def _ending(attempt: Data) -> str:
@@ -55,9 +87,16 @@ def _ending(attempt: Data) -> str:
 
 
 def evaluation_tables(data: Data) -> Group:
-    """Return a table for each world of an evaluation off-road."""
-    rows = data["rows"]
-    return Group(*(_evaluation_table(rows, name) for name in dict.fromkeys(_worlds(rows))))
+    """Return two tables for each world of an evaluation off-road, and what counts as success.
+
+    Earlier versions, in which the true pose ended a drive, have the first alone.
+    """
+    rows, within = data["rows"], data.get("success_within")
+    worlds = dict.fromkeys(_worlds(rows))
+    if within is None:
+        return Group(*(_evaluation_table(rows, name) for name in worlds))
+    tables = ((_evaluation_table(rows, name), _verdict_table(rows, name)) for name in worlds)
+    return Group(*(table for both in tables for table in both), success_text(within))
 
 
 def _worlds(rows: Sequence[Data]) -> Iterable[str]:
@@ -92,6 +131,39 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     ]
     title = f"{world}. hit: by the robot + by walkers" if walkers else world
     return table_of(shown, title)
+
+
+def _verdict_table(rows: Sequence[Data], world: str) -> "Table":
+    """Return strict successes, words of arrival and errors of one world.
+
+    ``strict`` are trials with a clean outline up to the goal, ``false`` arrivals declared too far
+    from it, ``out`` robots that left the world. The true distance to the goal at the word and the
+    error of the estimate at the end are means.
+    """
+    shown = [
+        {
+            "controller": row["controller"],
+            "goal": str(row["goal"]),
+            "strict": f"{_count(row['strict_successes'])}/{row['trials']}",
+            "false": row["false_arrivals"],
+            "out": row["left_world"],
+            "true distance": _metres(row["arrival_error_m"]),
+            "estimate off": _metres(row["position_error_m"]),
+        }
+        for row in rows
+        if row["world"] == world
+    ]
+    return table_of(shown, f"{world}. strict verdict, and the robot's own word")
+
+
+def _count(count: int | None) -> str:
+    """Return a count; a dash for one that is not known."""
+    return "-" if count is None else str(count)
+
+
+def _metres(length: float | None) -> str | None:
+    """Return a length with its unit."""
+    return None if length is None else f"{length:.2f} m"
 
 
 def _by_whom(row: Data) -> str:

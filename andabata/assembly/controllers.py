@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.models import Models, shipped_policy
 from andabata.navigation.controller import Controller, Steering
 from andabata.navigation.null_controllers import AwayController, RandomController
@@ -44,8 +45,23 @@ MAPLESS_CONTROLLERS = (
 )
 """Names of the controllers that need no true map."""
 
-CONTROLLERS = (*MAPLESS_CONTROLLERS, "oracle")
+ORACLE = "oracle"
+"""Name of the upper bound."""
+
+CONTROLLERS = (*MAPLESS_CONTROLLERS, ORACLE)
 """Names of all controllers."""
+
+_NO_ERRORS = NoisyGroundTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
+
+
+def driven_robot(name: str, config: SimulatedRobotConfig) -> SimulatedRobotConfig:
+    """Return the robot that a controller drives: that of the oracle knows its true pose.
+
+    Else a filter that is lost would stop the upper bound.
+    """
+    if name != ORACLE:
+        return config
+    return config.model_copy(update={"localizer": "truth", "errors": _NO_ERRORS})
 
 
 def make_steering(
@@ -70,16 +86,18 @@ def make_steering(
     """
     known = CONTROLLERS if world is not None else MAPLESS_CONTROLLERS
     if name not in known:
-        why = "; the oracle needs the true map" if name == "oracle" else ""
+        why = "; the oracle needs the true map" if name == ORACLE else ""
         raise ValueError(f"--controller: expected {', '.join(known)}, got {name!r}{why}")
-    if name == "oracle" and world is not None:
-        oracle = OracleController(world, config.robot)
-        return Steering(oracle, action_repeat=oracle.config.action_repeat)
+    if name == ORACLE and world is not None:
+        oracle = OracleController(world, config.robot, config.local_planner, config.rollouts)
+        return Steering(oracle, action_repeat=config.rollouts.action_repeat, knows_truth=True)
     inner = _WITH_PLANNER.get(name, name)
     controller = _MAKERS[inner](config, models or Models(), rng or np.random.default_rng(0))
     if inner == name:
         return Steering(controller)
     repeat = config.rollouts.action_repeat
     settings = config.local_planner.decimated(repeat)
-    planner = LocalPlanner(config.grid, settings, config.robot, config.rollouts)
+    planner = LocalPlanner(
+        config.grid, settings, config.robot, config.rollouts, config.arrival.distance
+    )
     return Steering(controller, planner, repeat)

@@ -3,10 +3,10 @@
 Simulation, replay and the live graph get theirs here, so that all of them are the same.
 """
 
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.localization.localizer import Localizer
 from andabata.localization.noisy_ground_truth import (
@@ -17,6 +17,7 @@ from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
 from andabata.machine.robot import RobotModel
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
+from andabata.navigation.arrival import ArrivalConfig
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.navigation.controller import NoPlanner, Steering
 from andabata.navigation.navigator import Navigator
@@ -25,6 +26,7 @@ from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from andabata.navigation.planning.local_planner import LocalPlannerConfig
 from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsConfig
 from traversability.grid import PolarGrid
+from worlds.world import Geofence
 
 
 class NavigatorConfig(BaseModel):
@@ -41,6 +43,10 @@ class NavigatorConfig(BaseModel):
         errors: Errors of the true pose.
         local_planner: Settings of the local planner.
         rollouts: Settings of its rollouts.
+        arrival: Rules by which the robot declares a goal reached.
+        geofence: Rectangle that the robot must not leave, ``x_min, y_min, x_max, y_max`` in the map
+            [m], as an operator gives it; None for none. A simulated robot is not told where its
+            world ends.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -54,6 +60,20 @@ class NavigatorConfig(BaseModel):
     errors: NoisyGroundTruthConfig = Field(default_factory=NoisyGroundTruthConfig)
     local_planner: LocalPlannerConfig = Field(default_factory=LocalPlannerConfig)
     rollouts: TrajectoryRolloutsConfig = Field(default_factory=TrajectoryRolloutsConfig)
+    arrival: ArrivalConfig = Field(default_factory=ArrivalConfig)
+    geofence: Geofence | None = None
+
+    @model_validator(mode="after")
+    def _check_geofence(self) -> Self:
+        """Refuse a geofence that holds no place."""
+        if self.geofence is not None:
+            x_min, y_min, x_max, y_max = self.geofence
+            if not (x_min < x_max and y_min < y_max):
+                raise ValueError(
+                    "geofence: expected x_min, y_min, x_max, y_max [m] with each minimum below its "
+                    f"maximum, got {list(self.geofence)}; swap them"
+                )
+        return self
 
 
 class NavigatorParts(NamedTuple):
@@ -91,7 +111,8 @@ def make_navigator(
     has_planner = not isinstance(steering.planner, NoPlanner)
     localizer = make_localizer(config, rng)
     perception = make_perception(config, models, has_planner)
-    navigator = Navigator(config.robot, localizer, perception, steering)
+    navigator = Navigator(config.robot, localizer, perception, steering, arrival=config.arrival)
+    navigator.geofence = config.geofence
     return NavigatorParts(navigator, localizer, perception)
 
 

@@ -77,7 +77,6 @@ class SimulatedRobot:
         self._errors = np.random.default_rng(0)
         parts = make_navigator(config, models, steering, self._errors)
         self.navigator, self.localizer, self.perception = parts
-        self.navigator.geofence = scene.geofence
 
     def place(
         self, start: Start, goal: NDArray[np.float64], rng: np.random.Generator

@@ -70,7 +70,12 @@ def _scanner(forest: bytes) -> TraversabilityScanner:
 
 
 def evaluate_fields(
-    forest: bytes, count: int, seed: int, workers: int, on_case: Callable[[], None]
+    forest: bytes,
+    count: int,
+    seed: int,
+    workers: int,
+    on_case: Callable[[], None],
+    release: str | None = None,
 ) -> list[Row]:
     """Return the scores of fields by height, and of each kind of free ground.
 
@@ -80,10 +85,14 @@ def evaluate_fields(
         seed: Seed of the suite.
         workers: Number of processes.
         on_case: Function that is called after each case.
+        release: Release that the suite judges; None for development.
+
+    Raises:
+        JudgingSeedError: If the seed judges a release, and it is not ``release``.
     """
     results = []
     work = partial(classify_field, forest, seed)
-    for _, result in run_tasks(work, list(field_cases(count, seed)), workers):
+    for _, result in run_tasks(work, list(field_cases(count, seed, release)), workers):
         results.append(replace(result, points=result.points[:0]))  # Hundreds of clouds, unread.
         on_case()
     grid = Forest.from_bytes(forest).grid

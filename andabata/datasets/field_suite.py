@@ -15,6 +15,7 @@ from traversability.cloud import PointCloud
 from worlds.fields import Field, bare_ground, draw_field, make_field, plain_world
 from worlds.rays.scene import RayScene
 from worlds.scenes import Scene
+from worlds.splits import refuse_judging
 from worlds.world import Start, World
 
 FIELD = "field"
@@ -47,13 +48,18 @@ class FieldCase:
     number: int
 
 
-def field_cases(count: int, seed: int = 0) -> Iterator[FieldCase]:
+def field_cases(count: int, seed: int = 0, release: str | None = None) -> Iterator[FieldCase]:
     """Yield the suite: as many fields as cases of free ground, in turns.
 
     Args:
         count: Number of fields.
-        seed: Seed of the suite: 0 for published results, others for development.
+        seed: Seed of the suite.
+        release: Release that the suite judges; None for development.
+
+    Raises:
+        JudgingSeedError: If the seed judges a release, and it is not ``release``.
     """
+    refuse_judging(seed, release)
     names = sensor_names()
     for number in range(2 * count):
         rng = np.random.default_rng([_SUITE_SEED, seed, number])

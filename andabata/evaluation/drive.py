@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.drive_trace import DriveTrace
-from andabata.evaluation.trial import OffroadAttempt, Operator, run_trial
+from andabata.evaluation.estimate_error import EstimateError
+from andabata.evaluation.trial import OffroadAttempt, Operator, run_trial, strict_row
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.navigator import StepResult
@@ -48,6 +49,7 @@ class Driven:
         walkers: Rows of the world's walkers at each second, as in ``SensorReadings``, float64,
             shape (k, m, 5); m is 0 without any.
         trace: Motion and error of the pose over time, see ``DriveTrace``, or None.
+        estimate: Error of the robot's own estimate, see ``EstimateError``, or None.
     """
 
     world: World
@@ -57,6 +59,7 @@ class Driven:
     cloud: PointCloud | None
     walkers: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 5)))
     trace: dict[str, Any] | None = None
+    estimate: dict[str, Any] | None = None
 
     @property
     def path(self) -> NDArray[np.float64]:
@@ -92,12 +95,16 @@ class Driven:
                     "spl": attempt.spl,
                     "trespass_m": attempt.detail.forbidden_distance,
                     "min_clearance_m": attempt.detail.min_clearance,
+                    "arrival_error_m": attempt.detail.arrival_error,
+                    "position_error_m": attempt.detail.position_error,
+                    **strict_row(attempt),
                 }
                 for attempt in self.attempts
             ],
             "path": np.round(self.path, 3).tolist(),
             "walkers": self._walkers(),
             "trace": self.trace,
+            "estimate": self.estimate,
         }
 
     def _walkers(self) -> list[dict[str, Any]]:
@@ -197,8 +204,8 @@ def drive_once(
         attempts = run_trial(robot, task, rules, rng, watcher.on_step, operator)
     cloud = robot.last_cloud()
     robot.close()
-    walkers, trace = watcher.walkers, watcher.trace.as_dict()
-    return Driven(scene.world, task, controller, attempts, cloud, walkers, trace)
+    walkers, trace, estimate = watcher.walkers, watcher.trace.as_dict(), watcher.error.as_dict()
+    return Driven(scene.world, task, controller, attempts, cloud, walkers, trace, estimate)
 
 
 def _task(world: World, goals: Sequence[tuple[float, float]]) -> Task:
@@ -254,10 +261,11 @@ def _explained_recording(path: Path) -> Iterator[None]:
 
 
 class _DriveWatcher:
-    """Keeps what a finished drive shows: walkers at each second, and the trace.
+    """Keeps what a finished drive shows: walkers at each second, trace, error of the estimate.
 
     Attributes:
         trace: Motion and error of the pose over time.
+        error: Error of the robot's own estimate.
     """
 
     def __init__(
@@ -271,6 +279,8 @@ class _DriveWatcher:
         """
         walkers = simulated_robot.simulator.walkers
         self.trace = DriveTrace(simulated_robot.localizer)
+        self.error = EstimateError(simulated_robot.localizer)
+        simulated_robot.navigator.spectators.append(self._on_decision)
         self._rows = [] if walkers is None else [walkers.track.now]
         self._on_second = on_second
 
@@ -279,9 +289,13 @@ class _DriveWatcher:
         """Rows as in ``SensorReadings``, shape (t, m, 5); (0, 0, 5) without walkers."""
         return np.array(self._rows) if self._rows else np.zeros((0, 0, 5))
 
+    def _on_decision(self, result: StepResult) -> None:
+        """Compare the estimate with the truth of the readings that it is made of."""
+        self.trace.add(result.readings)
+        self.error.add(result.readings)
+
     def on_step(self, readings: SensorReadings) -> None:
-        """Take in the readings of a control step."""
-        self.trace.add(readings)
+        """Take in the readings of a control step, which the navigator has not seen yet."""
         # Control steps are tenths of a second, whose sums are not exact.
         if round(readings.stamp * 10) % 10:
             return

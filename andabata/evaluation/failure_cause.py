@@ -29,6 +29,9 @@ def failure_cause(
 ) -> str:
     """Return the cause of a drive's end: an object's class, a kind of ground, or ``no way``.
 
+    It is ``border`` at the world's edge, and ``own estimate`` where the robot declared a goal
+    reached that was too far away.
+
     Args:
         world: World.
         place: Position of the robot at the end, map [m], shape (2,) or more.
@@ -37,6 +40,8 @@ def failure_cause(
     """
     if outcome is Outcome.GOAL:
         return ""
+    if outcome is Outcome.FALSE_ARRIVAL:
+        return "own estimate"
     if outcome is Outcome.COLLISION and contact in _WALKERS:
         return _WALKERS[contact]
     x, y = float(place[0]), float(place[1])

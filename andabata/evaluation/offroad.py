@@ -12,9 +12,12 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.attempt import CONTACTS, Attempt
 from andabata.evaluation.comparison import Attempts, DrivenCell
+from andabata.evaluation.judging import JUDGED_FORM, checked_seed, refuse_other_form
 from andabata.evaluation.perturbation import Arm, arms, with_disturbance
 from andabata.evaluation.scenarios import Scenario, scenarios
-from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures
+from andabata.evaluation.strict_verdict import StrictMeasures
+from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures, strict_row
+from andabata.evaluation.trial_monitor import arrival_tolerance
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
@@ -46,7 +49,8 @@ class EvaluationConfig(BaseModel):
         controllers: Names of the controllers.
         trials: Number of trials of each controller; each has a world of its own.
         goals: Number of goals in a row that are tried, as far as the world's tasks have them.
-        seed: Seed of the whole evaluation.
+        seed: Seed of the whole evaluation; of one that judges that of its release.
+        release: Release that is judged, by ``andabata.evaluation.judging``; None to develop.
         simulated_robot: Robot; published results are those of the bullet plant.
         perturb: Disturbances, each of which is driven alone beside the robot as it is: strengths by
             their names in ``simulated_robot.reality``.
@@ -60,7 +64,8 @@ class EvaluationConfig(BaseModel):
     controllers: tuple[str, ...] = ("policy+planner", "reactive")
     trials: int = Field(default=20, ge=1, le=EVALUATIONS)
     goals: int = Field(default=10, ge=1, le=10)
-    seed: int = Field(default=0, ge=0, lt=EVALUATIONS)
+    seed: int = Field(default=0, ge=0)
+    release: str | None = None
     simulated_robot: SimulatedRobotConfig = Field(default_factory=SimulatedRobotConfig)
     perturb: dict[str, float] = Field(default_factory=dict)
     terminations: TerminationConfig = Field(default_factory=TerminationConfig)
@@ -75,15 +80,33 @@ class EvaluationConfig(BaseModel):
                 raise ValueError(f"perturb.{error}") from error
         return self
 
+    @model_validator(mode="after")
+    def _check_split(self) -> Self:
+        """Refuse judging seeds without their release, and a judging table of another form."""
+        checked_seed(self.seed, self.release, EVALUATIONS)
+        if self.release is not None:
+            given = {name: getattr(self, name) for name in ("trials", "controllers", *JUDGED_FORM)}
+            level = self.simulated_robot.reality.name
+            refuse_other_form(self.release, given | {"reality": level})
+        return self
+
     @property
     def arms(self) -> tuple[Arm, ...]:
         """What drives in each trial: controllers, and with each disturbance alone."""
         return arms(self.controllers, self.simulated_robot, self.perturb)
 
     @property
+    def tolerance(self) -> float:
+        """Distance beyond the goal's radius at which a robot may declare it reached [m].
+
+        It is that of the robot without disturbances, for all: a worse receiver is no excuse.
+        """
+        return arrival_tolerance(self.simulated_robot)
+
+    @property
     def scenarios(self) -> tuple[Scenario, ...]:
         """Scenario of each trial."""
-        return scenarios(self.suite, self.world, self.trials, self.seed)
+        return scenarios(self.suite, self.world, self.trials, self.seed, self.release)
 
 
 @dataclass(frozen=True)
@@ -199,7 +222,7 @@ def drive_trial(
     from worlds.scenes import SceneCache
 
     scenario = config.scenarios[trial]
-    scene = SceneCache().get(scenario.world, scenario.seed, scenario.difficulty)
+    scene = SceneCache().get(scenario.world, scenario.seed, scenario.difficulty, config.release)
     task = choose_task(scene.world.tasks, np.random.default_rng([config.seed, trial]))
     # Cut after the draw: fewer goals are the first ones of the same task.
     task = replace(task, goals=task.goals[: config.goals])
@@ -220,13 +243,14 @@ def _drive(
     on_failure: Callable[[Failure], None] | None,
 ) -> tuple[OffroadAttempt, ...]:
     """Drive one arm through a trial's world."""
-    from andabata.assembly.controllers import make_steering
+    from andabata.assembly.controllers import driven_robot, make_steering
     from andabata.evaluation.trial import run_trial
 
     # The same noise of the world for each controller; a controller's own is another stream.
     noise = np.random.default_rng([config.seed, trial, 2])
-    steering = make_steering(arm.controller, scene.world, arm.robot, models, noise)
-    simulated_robot = SimulatedRobot(scene, arm.robot, models, steering)
+    robot = driven_robot(arm.controller, arm.robot)
+    steering = make_steering(arm.controller, scene.world, robot, models, noise)
+    simulated_robot = SimulatedRobot(scene, robot, models, steering)
     walkers: list[NDArray[np.float64]] = []
     attempts = run_trial(
         simulated_robot,
@@ -236,6 +260,7 @@ def _drive(
         partial(_keep_walkers, walkers),
         contender=arm.name,
         repetition=trial,
+        tolerance=config.tolerance,
     )
     if on_failure is not None and not attempts[-1].is_success:
         failure = _failure(scene.world, attempts[-1], simulated_robot, walkers)
@@ -292,10 +317,19 @@ def attempt_row(attempt: OffroadAttempt) -> Entry:
         "steering_variation": measures.steering_variation,
         "energy_j": measures.energy,
         "min_clearance_m": measures.min_clearance,
+        "arrival_error_m": measures.arrival_error,
+        "position_error_m": measures.position_error,
+        **strict_row(attempt),
         "end_xy": list(measures.end),
         "goal_xy": list(measures.goal_place),
         "path": np.round(attempt.path[::_PATH_STRIDE, :2], 2).tolist(),
     }
+
+
+def _strict_of(row: Mapping[str, Any]) -> StrictMeasures | None:
+    """Return the strict measures of a row; None for one of an earlier version."""
+    time = row.get("outline_forbidden_s")
+    return None if time is None else StrictMeasures(time, row["solid_distance_m"])
 
 
 def attempt_of(row: Mapping[str, Any]) -> OffroadAttempt:
@@ -312,6 +346,10 @@ def attempt_of(row: Mapping[str, Any]) -> OffroadAttempt:
         steering_variation=row["steering_variation"],
         energy=row["energy_j"],
         min_clearance=row["min_clearance_m"],
+        # Journals of earlier versions have neither a robot's word nor a strict verdict.
+        arrival_error=row.get("arrival_error_m"),
+        position_error=row.get("position_error_m"),
+        strict=_strict_of(row),
     )
     return Attempt(
         contender=row["controller"],

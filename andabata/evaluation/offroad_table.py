@@ -1,7 +1,7 @@
 """Table of an evaluation off-road: goals in a row, by world and controller."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from andabata.evaluation.table import (
     Column,
@@ -15,7 +15,7 @@ from andabata.evaluation.table import (
     row_of,
     share,
 )
-from andabata.evaluation.trial import OffroadAttempt
+from andabata.evaluation.trial import OffroadAttempt, is_strict_success
 from andabata.tasks.terminations import Outcome
 
 TRIALS = Design(cluster=by_repetition, repeat=lambda _: None)
@@ -42,6 +42,18 @@ def summarise(attempts: Sequence[OffroadAttempt], controllers: Sequence[str]) ->
     return rows
 
 
+def success_text(within: Mapping[str, float]) -> str:
+    """Return in words how near a robot has to be when it declares a goal reached.
+
+    Args:
+        within: Radius of a goal ``radius_m``, and ``tolerance_m`` beyond it [m].
+    """
+    return (
+        "success: the robot declares the goal reached when it is within "
+        f"{within['radius_m']:.1f} m + {within['tolerance_m']:.2f} m of it in truth"
+    )
+
+
 def failure_causes(attempts: Sequence[OffroadAttempt]) -> list[Row]:
     """Return the failures of each controller by cause: one row a world, outcome and cause."""
     counts = Counter(
@@ -55,7 +67,7 @@ def failure_causes(attempts: Sequence[OffroadAttempt]) -> list[Row]:
 
 def _goal_row(trials: Sequence[OffroadAttempt], goals: int, label: int | str) -> Row:
     """Return one row of the table; ``all`` counts the last goal and all failures."""
-    goal = goals if label == "all" else label
+    goal = label if isinstance(label, int) else goals
     tried = tuple(each for each in trials if label in ("all", each.detail.goal))
 
     def is_reached(attempt: OffroadAttempt) -> bool:
@@ -74,8 +86,27 @@ def _goal_row(trials: Sequence[OffroadAttempt], goals: int, label: int | str) ->
         return {"spl": sum(attempt.spl for attempt in sample.attempts) / whole}
 
     reached = share(is_reached, ends="wilson")
-    columns = (head, *_ENDS, reached, spl, *_MEASURES)
+    columns = (head, *_ENDS, reached, _strict_successes(goal), spl, *_MEASURES)
     return row_of(columns, Sample(tried, TRIALS, trials))
+
+
+def _strict_successes(goal: int) -> Column:
+    """Return a column of the trials whose goals up to one were all reached with a clean outline.
+
+    It is None where one of them has no strict verdict, as in journals of earlier versions.
+    """
+
+    def column(sample: Sample) -> Row:
+        trials: dict[int, list[bool]] = {}
+        for attempt in sample.of or sample.attempts:
+            verdict = is_strict_success(attempt)
+            if verdict is None:
+                return {"strict_successes": None}
+            if attempt.detail.goal <= goal:
+                trials.setdefault(attempt.repetition, []).append(verdict)
+        return {"strict_successes": sum(len(t) == goal and all(t) for t in trials.values())}
+
+    return column
 
 
 def _trespass_share(sample: Sample) -> Row:
@@ -91,6 +122,7 @@ _ENDS: Sequence[Column] = (
     counts(collisions=Outcome.COLLISION),
     hit_counts,
     counts(tipovers=Outcome.TIPOVER, timeouts=Outcome.TIMEOUT, stuck=Outcome.STUCK),
+    counts(false_arrivals=Outcome.FALSE_ARRIVAL, left_world=Outcome.LEFT_WORLD),
 )
 
 _MEASURES: Sequence[Column] = (
@@ -100,5 +132,7 @@ _MEASURES: Sequence[Column] = (
     average("steering_variation", lambda attempt: attempt.detail.steering_variation),
     average("energy_j", lambda attempt: attempt.detail.energy),
     average("min_clearance_m", lambda attempt: attempt.detail.min_clearance),
+    average("arrival_error_m", lambda attempt: attempt.detail.arrival_error),
+    average("position_error_m", lambda attempt: attempt.detail.position_error),
     average("mean_time_s", lambda attempt: attempt.time),
 )

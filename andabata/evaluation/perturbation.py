@@ -7,6 +7,7 @@ from pydantic import ValidationError
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.settings import explain
+from andabata.evaluation.offroad_pairs import has_all
 from andabata.evaluation.offroad_table import TRIALS
 from andabata.evaluation.table import (
     Row,
@@ -107,7 +108,7 @@ def perturbation_rows(attempts: Sequence[OffroadAttempt], driven: Sequence[Arm])
 
     # Trials are paired, not goals: after a goal that was missed the others of its trial are
     # not driven.
-    comparators = (share_difference("difference", _has_all), mcnemar_test("mcnemar", _has_all))
+    comparators = (share_difference("difference", has_all), mcnemar_test("mcnemar", has_all))
     table = Table(by_contender, TRIALS, (), comparators, controller)
     heads = [
         _head(base, other, by_name[other.attempts[0].contender])
@@ -123,11 +124,6 @@ def _head(base: Sample, other: Sample, arm: Arm) -> Row:
         "disturbance": arm.disturbance,
         "strength": arm.strength,
         "trials": len(other.clusters),
-        "undisturbed": base.count(_has_all),
-        "successes": other.count(_has_all),
+        "undisturbed": base.count(has_all),
+        "successes": other.count(has_all),
     }
-
-
-def _has_all(attempt: OffroadAttempt) -> bool:
-    """Return True for an attempt that reached the last goal of its trial."""
-    return attempt.is_success and attempt.detail.goal == attempt.detail.goals

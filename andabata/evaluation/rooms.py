@@ -16,11 +16,12 @@ from pathlib import Path
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.engine import Engine, SerialEngine
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.comparison import Attempts, DrivenCell
+from andabata.evaluation.judging import checked_seed, judged_trials
 from andabata.evaluation.room_drives import (
     RoomAttempt,
     RoomMeasures,
@@ -82,7 +83,8 @@ class RoomEvaluationConfig(BaseModel):
         memories: Targets of policies: ``reactive`` the goal, ``map`` the sub-goal of a map.
         pairs: Number of random starts and goals in each room (paper: 100); 0 takes the room's fixed
             tasks.
-        seed: Seed of starts and goals.
+        seed: Seed of starts and goals; of an evaluation that judges that of its release.
+        release: Release that is judged, by ``andabata.evaluation.judging``; None to develop.
         map: Settings of the map.
     """
 
@@ -94,7 +96,21 @@ class RoomEvaluationConfig(BaseModel):
     memories: tuple[str, ...] = (REACTIVE, WITH_MAP)
     pairs: int = Field(default=100, ge=0)
     seed: int = Field(default=0, ge=0)
+    release: str | None = None
     map: LidarMapConfig = Field(default_factory=LidarMapConfig)
+
+    @model_validator(mode="after")
+    def _check_split(self) -> Self:
+        """Refuse judging seeds without their release, and a judging table of another form."""
+        checked_seed(self.seed, self.release)
+        if self.release is not None:
+            judged_trials(self.release, self.pairs, "pairs")
+            if self.rooms != _judges(self.task):
+                raise ValueError(
+                    f"rooms: expected those that judge {self.task.task}, "
+                    f"{', '.join(_judges(self.task))}, got {', '.join(self.rooms)}; leave it out"
+                )
+        return self
 
 
 def judged_task(name: str) -> RoomTaskConfig:

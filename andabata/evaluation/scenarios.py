@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from worlds.splits import DEVELOPMENT_SEEDS, evaluation_world
+from worlds.splits import DEVELOPMENT_SEEDS, evaluation_world, judging_world
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,8 @@ def generalisation(seed: int) -> tuple[Scenario, ...]:
     """Return 100 natural worlds from easy to hard, 20 mazes, 20 hollows and 20 test worlds.
 
     Args:
-        seed: Seed of the suite; each has worlds of its own, which nothing trains on.
+        seed: Seed of the suite; each has worlds of its own, which nothing trains on. All of them
+            are development: they were looked at many times.
     """
     natural = [
         Scenario("natural-far", evaluation_world(seed, k), round(_HARDEST * k / 99, 3))
@@ -56,12 +57,23 @@ SUITES = {"generalisation": generalisation, "development": development, "walkers
 """Suites by name."""
 
 
-def scenarios(suite: str | None, world: str, trials: int, seed: int) -> tuple[Scenario, ...]:
+def scenarios(
+    suite: str | None, world: str, trials: int, seed: int, release: str | None = None
+) -> tuple[Scenario, ...]:
     """Return the scenario of each trial: a suite's, or as many worlds of one preset.
 
+    Args:
+        suite: Name of a suite, or None.
+        world: World preset, without a suite.
+        trials: Number of worlds, without a suite.
+        seed: Seed of the worlds.
+        release: Release whose worlds judge, whatever the seed; None to develop.
+
     Raises:
-        ValueError: If there is no such suite.
+        ValueError: If there is no such suite, or the release is no version.
     """
+    if release is not None:
+        return tuple(Scenario(world, judging_world(release, trial)) for trial in range(trials))
     if suite is None:
         return tuple(Scenario(world, evaluation_world(seed, trial)) for trial in range(trials))
     if suite not in SUITES:

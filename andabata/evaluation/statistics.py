@@ -174,6 +174,32 @@ def mcnemar(first: NDArray[np.bool_], second: NDArray[np.bool_]) -> McNemar:
     return McNemar(gained, lost, min(2.0 * tail, 1.0))
 
 
+def paired_bootstrap(
+    first: NDArray[np.float64],
+    second: NDArray[np.float64],
+    rng: np.random.Generator,
+    level: float = 0.95,
+    resamples: int = 10_000,
+) -> Difference:
+    """Return the difference of two means on the same tasks, with an interval of resampled tasks.
+
+    Args:
+        first: Measure, shape (trials, tasks).
+        second: Measure of the second way on the same tasks, shape (other trials, tasks).
+        rng: Source of the resampling.
+        level: Probability of the interval, that of percentiles (Efron 1979).
+        resamples: Number of times that the tasks are drawn again.
+
+    Raises:
+        ValueError: If the numbers of tasks differ, or there is no task.
+    """
+    by_task = _gains(first, second)
+    drawn = rng.integers(len(by_task), size=(resamples, len(by_task)))
+    tails = (0.5 - level / 2, 0.5 + level / 2)
+    low, high = np.quantile(by_task[drawn].mean(axis=1), tails).tolist()
+    return Difference(float(by_task.mean()), low, high)
+
+
 def _gains(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.float64]:
     """Return the gain of each task in the mean over its trials, shape (tasks,).
 

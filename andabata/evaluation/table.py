@@ -19,6 +19,7 @@ from andabata.evaluation.statistics import (
     clustered_interval,
     clustered_mean,
     mcnemar,
+    paired_bootstrap,
     paired_difference,
 )
 from andabata.machine.planar.mover_contact import Contact
@@ -236,6 +237,16 @@ def mean_difference(name: str, measure: Measure) -> Comparator:
         first, second = pair(base, other, measure)
         estimate = clustered_mean(second - first)
         return {name: estimate.mean, f"{name}_low": estimate.low, f"{name}_high": estimate.high}
+
+    return comparator
+
+
+def bootstrap_difference(name: str, measure: Measure, seed: int = 0) -> Comparator:
+    """Return columns of the difference of two means with an interval of resampled clusters."""
+
+    def comparator(base: Sample, other: Sample) -> Row:
+        first, second = pair(base, other, measure)
+        return _columns(name, paired_bootstrap(first, second, np.random.default_rng(seed)))
 
     return comparator
 

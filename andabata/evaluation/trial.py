@@ -1,9 +1,13 @@
-"""One trial: a robot is put down and visits its goals in a row until one drive fails."""
+"""One trial: a robot is put down and visits its goals in a row until one drive fails.
+
+The robot itself declares a goal reached, from its own estimate, and gets the next one after that
+word; the true state says whether the word is right.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +15,10 @@ from numpy.typing import NDArray
 from andabata.assembly.simulated_robot import SimulatedRobot
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.failure_cause import failure_cause
+from andabata.evaluation.strict_verdict import StrictMeasures
+from andabata.evaluation.trial_monitor import TrialMonitor, arrival_tolerance
 from andabata.machine.sensor_readings import SensorReadings, VehicleState
-from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
+from andabata.tasks.terminations import Outcome, TerminationConfig
 from worlds.world import Task, World, jittered
 
 SAFE_CLEARANCE = 0.35
@@ -35,6 +41,11 @@ class OffroadMeasures:
         steering_variation: Integral of the squared yaw rate [rad2/s].
         energy: Work of the motors [J]; None where the plant has none.
         min_clearance: Smallest distance from the body's centre to forbidden ground [m].
+        arrival_error: True distance to the goal when the robot declared it reached [m]; None
+            without such a word.
+        position_error: Error of the estimated position at the end [m]; None in records of earlier
+            versions.
+        strict: Measures of the strict verdict; None in records of earlier versions.
     """
 
     goal: int
@@ -48,10 +59,30 @@ class OffroadMeasures:
     steering_variation: float
     energy: float | None
     min_clearance: float
+    arrival_error: float | None = None
+    position_error: float | None = None
+    strict: StrictMeasures | None = None
 
 
 OffroadAttempt = Attempt[OffroadMeasures]
 """Drive to one goal off-road."""
+
+
+def is_strict_success(attempt: OffroadAttempt) -> bool | None:
+    """Return True for a goal that was reached with a clean outline; None where it is not known."""
+    strict = attempt.detail.strict
+    return None if strict is None else attempt.is_success and not strict.failure
+
+
+def strict_row(attempt: OffroadAttempt) -> dict[str, Any]:
+    """Return the strict verdict on an attempt and what it rests on, ready for JSON."""
+    strict = attempt.detail.strict
+    return {
+        "strict": is_strict_success(attempt),
+        "strict_failure": None if strict is None else strict.failure,
+        "outline_forbidden_s": None if strict is None else strict.forbidden_time,
+        "solid_distance_m": None if strict is None else strict.solid_distance,
+    }
 
 
 class Operator(Protocol):
@@ -80,8 +111,12 @@ def run_trial(
     operator: Operator | None = None,
     contender: str = "",
     repetition: int = 0,
+    tolerance: float | None = None,
 ) -> tuple[OffroadAttempt, ...]:
     """Drive a task's goals in a row with the robot's own controller.
+
+    Each drive is over when the robot says so, or when it fails. A word that is given farther from
+    the goal than its radius and the tolerance is a false arrival.
 
     Args:
         simulated_robot: Robot with a controller.
@@ -92,6 +127,8 @@ def run_trial(
         operator: Person who takes part, or None.
         contender: Name of what drives, for comparisons.
         repetition: Number of the trial in its comparison.
+        tolerance: Distance beyond the goal's radius that is forgiven [m]; None for that of the
+            robot's receiver, see ``arrival_tolerance``.
 
     Returns:
         One attempt for each goal that was tried; the last may have failed.
@@ -100,9 +137,11 @@ def run_trial(
     start = jittered(task.start, rng)
     readings = simulated_robot.place(start, np.array(task.goals[0]), rng)
     measured = partial(_attempt, world, task, contender, repetition)
+    config = simulated_robot.config
+    forgiven = arrival_tolerance(config) if tolerance is None else tolerance
+    monitor = TrialMonitor(world, config.robot, terminations, forgiven)
     attempts: list[OffroadAttempt] = []
     for number, goal in enumerate(task.goals, start=1):
-        monitor = EpisodeMonitor(world, terminations)
         state = _truth(readings)
         monitor.begin(state, np.array(goal))
         simulated_robot.navigator.set_goal(np.array(goal))
@@ -112,11 +151,13 @@ def run_trial(
         while outcome is None:
             if operator is not None:
                 shortest = _attended(operator, simulated_robot, monitor, readings, shortest)
-            readings = simulated_robot.step(readings)
-            outcome = monitor.update(_truth(readings))
+            state, readings = _truth(readings), simulated_robot.step(readings)
+            outcome = monitor.judge(_truth(readings), simulated_robot.navigator.has_arrived)
             if on_step is not None:
                 on_step(readings)
-        attempts.append(measured(number, outcome, shortest, monitor))
+        # The estimate is that of the readings before the last step.
+        off = simulated_robot.localizer.pose.position - state.pose.position
+        attempts.append(measured(number, outcome, shortest, float(np.hypot(*off[:2])), monitor))
         # The next goal lies ahead of this one: from where the robot failed it is another task.
         if outcome is not Outcome.GOAL:
             break
@@ -126,7 +167,7 @@ def run_trial(
 def _attended(
     operator: Operator,
     simulated_robot: SimulatedRobot,
-    monitor: EpisodeMonitor,
+    monitor: TrialMonitor,
     readings: SensorReadings,
     shortest: float,
 ) -> float:
@@ -177,7 +218,8 @@ def _attempt(
     number: int,
     outcome: Outcome,
     shortest: float,
-    monitor: EpisodeMonitor,
+    position_error: float,
+    monitor: TrialMonitor,
 ) -> OffroadAttempt:
     """Return what the monitor measured on the way to a goal, whose numbers begin at 1."""
     end, contact = monitor.path[-1], monitor.contact
@@ -193,6 +235,9 @@ def _attempt(
         steering_variation=monitor.steering_variation,
         energy=monitor.energy,
         min_clearance=monitor.min_clearance,
+        arrival_error=monitor.arrival_error,
+        position_error=position_error,
+        strict=monitor.strict,
     )
     return Attempt(
         contender=contender,

@@ -1,4 +1,4 @@
-"""Layout for Foxglove that shows our recordings: a 3D scene, plots and the robot's health.
+"""Layout for Foxglove that shows our recordings: a 3D scene, plots, the robot's health and why.
 
 The names of the topics are those of ``topics``, so that the layout opens what the recorder writes.
 """
@@ -7,14 +7,16 @@ from collections.abc import Mapping
 from typing import Any
 
 from andabata.records import topics
+from andabata.records.messages import NAME
 from andabata.records.topics import Ros, Topic
 
-SCENE, STEERING, HEADING, SPEED, HEALTH = (
+SCENE, STEERING, HEADING, SPEED, HEALTH, ESTIMATE = (
     "3D!scene",
     "Plot!steering",
     "Plot!heading",
     "Plot!speed",
     "DiagnosticSummary!health",
+    "DiagnosticStatusPanel!estimate",
 )
 """Panels by Foxglove's type and our name."""
 
@@ -33,6 +35,12 @@ _IN_SCENE: Mapping[Topic, Mapping[str, Any]] = {
     topics.PLAN: {"type": "line", "lineWidth": 0.08, "gradient": ["#0a84ff", "#5ac8fa"]},
     topics.SUBGOAL: {"type": "arrow", "color": "#0a84ff"},
     topics.GOAL: {"type": "axis", "axisScale": 1.5},
+    topics.ESTIMATED_POSE: {
+        "type": "arrow",
+        "color": "#0078ff",
+        "showCovariance": True,
+        "covarianceColor": "#0078ff55",
+    },
     topics.INITIAL_POSE: {"type": "axis", "axisScale": 1.0},
 }
 """Settings of the scene's topics; all but one are visible."""
@@ -66,16 +74,18 @@ def foxglove_layout(ros: Ros = 2) -> dict[str, Any]:
         ros: Version of ROS of the recordings: MCAP files are ROS 2's, ``.bag`` files ROS 1's.
     """
     plots = {name: _plot(ros, *about) for name, about in _PLOTS.items()}
-    health = {"topicToRender": topics.DIAGNOSTICS.name(ros), "minLevel": 0, "pinnedIds": []}
+    diagnostics = {"topicToRender": topics.DIAGNOSTICS.name(ros)}
+    health = {**diagnostics, "minLevel": 0, "pinnedIds": []}
+    estimate = {**diagnostics, "selectedHardwareId": "", "selectedName": NAME}
     return {
-        "configById": {SCENE: _scene(ros), **plots, HEALTH: health},
+        "configById": {SCENE: _scene(ros), **plots, HEALTH: health, ESTIMATE: estimate},
         "globalVariables": {},
         "userNodes": {},
         "playbackConfig": {"speed": 1},
         "layout": {
             "direction": "row",
             "first": SCENE,
-            "second": _stack([*plots, HEALTH]),
+            "second": _stack([*plots, HEALTH, ESTIMATE]),
             "splitPercentage": 66,
         },
     }

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.distribution import install_extra
+from andabata.exports.rerun_estimate import PLOTS, EstimateLog
 from andabata.exports.rerun_shapes import (
     CELL_COLOURS,
     height_colours,
@@ -130,7 +131,7 @@ def _sdk() -> Any:  # noqa: ANN401 - an optional package.
 
 
 def _blueprint(start: NDArray[np.float64]) -> Any:  # noqa: ANN401 - an optional package's type.
-    """Return the blueprint: the scene beside steering, heading error, speed and health.
+    """Return the blueprint: the scene beside steering, errors, speed and health.
 
     Args:
         start: First place of the robot in the map [m], shape (3,).
@@ -143,6 +144,7 @@ def _blueprint(start: NDArray[np.float64]) -> Any:  # noqa: ANN401 - an optional
             ("steering", "Steering [rad/s]"),
             ("heading_error", "Heading error [rad]"),
             ("speed", "Speed [m/s]"),
+            *PLOTS,
         )
     ]
     options: dict[str, Any] = {}
@@ -172,6 +174,7 @@ class _Logger:
         self._stamp_ns = 0
         self._handlers: dict[str, tuple[Topic, Callable[[RosMessage], None]]] = {}
         self.notes: dict[str, int] = {}
+        self._estimate = EstimateLog(rerun, self._log)
         for topic, handler in (
             (topics.TF, self._transforms),
             (topics.CLOUD, self._cloud),
@@ -184,7 +187,8 @@ class _Logger:
             (topics.TWIST, self._twist),
             (topics.HEADING_ERROR, self._heading_error),
             (topics.GROUND_TRUTH, self._truth),
-            (topics.DIAGNOSTICS, self._diagnostics),
+            (topics.FILTERED_ODOMETRY, self._estimate.add_odometry),
+            (topics.DIAGNOSTICS, self._estimate.add_diagnostics),
         ):
             self._handlers |= dict.fromkeys((topic.ros1, topic.ros2), (topic, handler))
 
@@ -327,7 +331,8 @@ class _Logger:
         self._scalar("plots/speed/commanded", content.linear.x)
 
     def _truth(self, content: RosMessage) -> None:
-        """Log the true speeds."""
+        """Log the true speeds, and keep the true place for the estimate."""
+        self._estimate.add_truth(content)
         self._scalar("plots/steering/true", content.twist.twist.angular.z)
         self._scalar("plots/speed/true", content.twist.twist.linear.x)
 
@@ -338,11 +343,3 @@ class _Logger:
     def _scalar(self, entity: str, value: float) -> None:
         """Log a number."""
         self._log(entity, self._rerun.Scalars(float(value)))
-
-    def _diagnostics(self, content: RosMessage) -> None:
-        """Log the health in words."""
-        names = ("INFO", "WARN", "ERROR")
-        for status in content.status:
-            level = int(status.level[0] if isinstance(status.level, bytes) else status.level)
-            text = self._rerun.TextLog(str(status.message), level=names[min(level, 2)])
-            self._log("health", text)

@@ -47,8 +47,12 @@ IMU, WHEELS, GRAVITY_UPDATE, COMPASS, GNSS, ZERO_RATE = range(6)
 SENSORS = ("imu", "wheels", "gravity", "compass", "gnss", "zero_rate")
 """Names of these rows."""
 
-ACCEPTED, GATED, REJECTED = range(3)
-"""Columns of the table of counts: accepted, beyond the gate, invalid."""
+ACCEPTED, GATED, REJECTED, DISTURBED = range(4)
+"""Columns of the table of counts: accepted, beyond the gate, invalid, a field that is not the
+Earth's."""
+
+OUTCOMES = 4
+"""Number of these columns."""
 
 MAX_GYRO_RATE = 50.0
 """Largest gyro reading that is accepted [rad/s]: no robot turns faster."""
@@ -107,9 +111,11 @@ def _restore_considered(
 
 @borrowing_kernel
 def _count(counts: NDArray[np.int64], sensor: int, nis: float, gate: float) -> None:
-    """Count a measurement as accepted, gated or, if its NIS is NaN, rejected."""
+    """Count a measurement as accepted, gated, disturbed if its NIS is infinite, else rejected."""
     if nis <= gate:
         counts[sensor, ACCEPTED] += 1
+    elif nis == np.inf:
+        counts[sensor, DISTURBED] += 1
     elif nis > gate:
         counts[sensor, GATED] += 1
     else:

@@ -46,6 +46,11 @@ class FixConverter:
         # Added to heights by fixes [m]; None until the first fix with an altitude.
         self._height_offset: float | None = None if geo_reference.altitude is None else 0.0
 
+    def clear_counts(self) -> None:
+        """Begin to count anew."""
+        self.rejected.clear()
+        self.assumed.clear()
+
     def to_map(self, fixes: NDArray[np.float64], height: float) -> tuple[NDArray[np.float64], int]:
         """Return the valid fixes in the map, and the number of rejected ones.
 

@@ -1,10 +1,13 @@
 """Interface between the sensors and everything that needs a pose."""
 
 from enum import StrEnum
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import SensorReadings
+
+if TYPE_CHECKING:
+    from andabata.localization.estimator_status import EstimatorStatus
 
 
 class Health(StrEnum):
@@ -69,3 +72,7 @@ class Localizer(Protocol):
     @property
     def health(self) -> Health:
         """Health of the estimate."""
+
+    @property
+    def status(self) -> "EstimatorStatus":
+        """Health with its causes, uncertainty, and counts of readings; made at each call."""

@@ -207,7 +207,7 @@ def correct_heading(
     model: FilterModel,
     workspace: Workspace,
 ) -> float:
-    """Correct with the heading of a magnetic field and return the NIS.
+    """Correct with the heading of a magnetic field and return the NIS, infinite if disturbed.
 
     The measurement is the bearing of the field from straight ahead, levelled by the estimated roll
     and pitch. What soft iron and motors add to it depends on heading and load and does not average

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.localization.estimator_status import EstimatorStatus
 from andabata.localization.localizer import Health
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.sensor_readings import SensorReadings
@@ -165,6 +166,13 @@ class NoisyGroundTruthLocalizer:
     def health(self) -> Health:
         """Health, which is always OK."""
         return Health.OK
+
+    @property
+    def status(self) -> EstimatorStatus:
+        """Status, whose covariance is that of the errors that are added."""
+        position, yaw, tilt = self._sigma[0], self._sigma[2], self._sigma[3]
+        sigma = np.array([position, position, 0.0, tilt, tilt, yaw])
+        return EstimatorStatus(Health.OK, (), np.diag(sigma**2))
 
     @property
     def track(self) -> PoseTrack:

@@ -33,10 +33,10 @@ class SensorMonitor:
         self._received = dict.fromkeys(("imu", "wheels", "compass", "gnss"), stamp)
         self._accepted = dict.fromkeys(("compass", "gnss"), stamp)
         self._timeouts = (
-            ("imu", self._received, config.imu_timeout, "silent"),
-            ("wheels", self._received, config.wheel_timeout, "silent"),
-            ("compass", self._accepted, config.compass_timeout, "not accepted"),
-            ("gnss", self._accepted, config.gnss_timeout, "not accepted"),
+            ("imu", self._received, config.imu_timeout),
+            ("wheels", self._received, config.wheel_timeout),
+            ("compass", self._accepted, config.compass_timeout),
+            ("gnss", self._accepted, config.gnss_timeout),
         )
         self._inflated = dict(self._accepted)
         self._inflations = dict.fromkeys(self._accepted, 0)
@@ -124,16 +124,25 @@ class SensorMonitor:
             P: Covariance of the state, shape (20, 20).
         """
         found = []
-        for name, stamps, limit, text in self._timeouts:
+        for name, stamps, limit in self._timeouts:
             silence = now - stamps[name]
             if silence > limit + _TIME_TOLERANCE:
-                found.append(f"{name}: {text} for {silence:.1f} s")
+                found.append(self._overdue(name, silence, now - self._received[name] > limit))
         position, yaw = _uncertainty(P)
-        if position > self._config.lost_position:
-            found.append(f"position: uncertain by {position:.1f} m")
-        if yaw > self._config.lost_yaw:
-            found.append(f"heading: uncertain by {np.rad2deg(yaw):.0f} degrees")
+        most, widest = self._config.lost_position, self._config.lost_yaw
+        if position > most:
+            found.append(f"position: uncertain by {position:.1f} m, limit {most:.3g} m")
+        if yaw > widest:
+            degrees = f"{np.rad2deg(yaw):.0f} degrees, limit {np.rad2deg(widest):.0f}"
+            found.append(f"heading: uncertain by {degrees}")
         return tuple(found)
+
+    def _overdue(self, name: str, seconds: float, is_silent: bool) -> str:
+        """Return the warning about a sensor that was not heard, or not believed, for a time [s]."""
+        if name not in self._accepted:
+            return f"{name}: silent for {seconds:.1f} s"
+        why = "no valid reading arrives" if is_silent else "what arrives contradicts the estimate"
+        return f"{name}: not accepted for {seconds:.1f} s, {why}"
 
 
 @borrowing_kernel

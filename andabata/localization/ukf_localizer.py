@@ -12,11 +12,15 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from andabata.localization.antenna import remove_lever_arm
+from andabata.localization.estimator_status import EstimatorStatus
 from andabata.localization.filter_parameters import BodyParameters, FilterModel, NoiseModel
 from andabata.localization.filter_period import (
     ACCEPTED,
     COMPASS,
+    DISTURBED,
+    GATED,
     GNSS,
+    OUTCOMES,
     REJECTED,
     SENSORS,
     first_inertial,
@@ -28,7 +32,9 @@ from andabata.localization.filter_state import (
     GNSS_ERROR,
     GYRO_BIAS,
     HORIZONTAL,
+    PITCH,
     POSITION,
+    ROLL,
     SPEED,
     STATES,
     YAW,
@@ -81,6 +87,13 @@ _RESTART_SIGMA = 10.0
 
 _INFLATION = {"compass": (COMPASS, 1.0), "gnss": (GNSS, 3.0)}
 """Row of counts and standard deviation [rad, m] of a first inflation, by sensor."""
+
+_POSE = [X, Y, Z, ROLL, PITCH, YAW]
+"""States of the pose, in the order of a ROS message's covariance."""
+
+_GATED, _DISTURBED = "beyond the gate", "in a field that is not the Earth's"
+_INVALID, _LATE = "invalid", "too late or too early"
+"""Reasons why a reading is not used."""
 
 _ONE_YAW, _ONE_COMPASS_ERROR = slice(YAW, YAW + 1), slice(COMPASS_ERROR, COMPASS_ERROR + 1)
 """Slices of one state, for ``_inflate``."""
@@ -145,7 +158,8 @@ class UkfLocalizer:
             stamp: Time [s].
             rough: True if the pose comes from the first fix, the compass and gravity.
         """
-        counts = np.zeros((len(SENSORS), 3), dtype=np.int64)
+        counts = np.zeros((len(SENSORS), OUTCOMES), dtype=np.int64)
+        self._converter.clear_counts()
         belief = Belief(np.zeros(STATES), initial_covariance(self._config, rough), counts)
         self._belief = packed(belief)
         self._x, self._P, self._counts = (self._belief[name][0] for name in Belief._fields)
@@ -399,9 +413,14 @@ class UkfLocalizer:
 
     @property
     def counts(self) -> dict[str, tuple[int, int, int]]:
-        """Numbers of accepted, gated and rejected measurements, by sensor."""
-        rows = self._counts.tolist()
-        return {name: (row[0], row[1], row[2]) for name, row in zip(SENSORS, rows, strict=True)}
+        """Numbers of accepted, gated and rejected measurements, by sensor.
+
+        A magnetic field that is not the Earth's counts as gated.
+        """
+        return {
+            name: (row[ACCEPTED], row[GATED] + row[DISTURBED], row[REJECTED])
+            for name, row in zip(SENSORS, self._counts.tolist(), strict=True)
+        }
 
     @property
     def rejected_fixes(self) -> Counter[str]:
@@ -422,6 +441,32 @@ class UkfLocalizer:
     def health(self) -> Health:
         """Health of the estimate; see ``health_of``."""
         return health_of(self.warnings, self._monitor.has_fixes(self._now))
+
+    @property
+    def status(self) -> EstimatorStatus:
+        """Status of the estimate, made at each call."""
+        warnings = self.warnings
+        accepted = self._counts[:, ACCEPTED].tolist()
+        return EstimatorStatus(
+            health_of(warnings, self._monitor.has_fixes(self._now)),
+            warnings,
+            self._P[np.ix_(_POSE, _POSE)],
+            dict(zip(SENSORS, accepted, strict=True)),
+            self._unused(),
+        )
+
+    def _unused(self) -> dict[str, dict[str, int]]:
+        """Return the numbers of readings that were not used, by sensor and reason."""
+        unused = {}
+        for name, row in zip(SENSORS, self._counts.tolist(), strict=True):
+            invalid = Counter({_INVALID: row[REJECTED]})
+            if name == SENSORS[GNSS]:  # Those that the filter never saw have a reason of their own.
+                reasons = self._converter.rejected
+                late = row[REJECTED] - reasons.total()
+                invalid = reasons + Counter({_LATE: late})
+            found = {_GATED: row[GATED], _DISTURBED: row[DISTURBED], **invalid}
+            unused[name] = {reason: number for reason, number in found.items() if number}
+        return {name: reasons for name, reasons in unused.items() if reasons}
 
 
 def _pose_of(x: NDArray[np.float64]) -> Pose:

@@ -96,8 +96,10 @@ class Steering:
         controller: Source of commands; None for a learner that drives from outside.
         planner: Source of sub-goals and safer commands.
         action_repeat: Number of control steps between two decisions.
+        knows_truth: True for the oracle, which drives by the true pose and arrives by it, too.
     """
 
     controller: Controller | None = None
     planner: Planner = field(default_factory=NoPlanner)
     action_repeat: int = 1
+    knows_truth: bool = False

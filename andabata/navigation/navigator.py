@@ -17,6 +17,7 @@ from andabata.machine.sensor_readings import (
     WheelSpeeds,
     unfiltered,
 )
+from andabata.navigation.arrival import ArrivalConfig, ArrivalMonitor
 from andabata.navigation.controller import Controller, ControllerInput, Planner, Steering
 from andabata.navigation.perception import Perception
 from traversability.virtual_scan import VirtualScan
@@ -38,6 +39,7 @@ class StepResult(NamedTuple):
         goal: Goal in the map [m], shape (2,).
         twist: Twist that is driven, after limits and dead zone.
         wheels: Wheel speeds of it.
+        has_arrived: True if the robot has declared this goal reached.
     """
 
     readings: SensorReadings
@@ -46,6 +48,7 @@ class StepResult(NamedTuple):
     goal: NDArray[np.float64]
     twist: Twist
     wheels: WheelSpeeds
+    has_arrived: bool = False
 
 
 Observer = Callable[[StepResult], None]
@@ -55,8 +58,8 @@ Observer = Callable[[StepResult], None]
 class Navigator:
     """Turns sensor readings into wheel speeds: in simulation, in training, on a record, on a robot.
 
-    The robot stands still until there is a first scan, and while it is lost; without a heading it
-    creeps.
+    The robot stands still until there is a first scan, while it is lost, and from its arrival at a
+    goal until there is another; without a heading it creeps.
 
     Attributes:
         observers: Observers, called after each step. For them the cells are classified at each
@@ -73,6 +76,7 @@ class Navigator:
         perception: Perception,
         steering: Steering | None = None,
         readings_filter: ReadingsFilter = unfiltered,
+        arrival: ArrivalConfig | None = None,
     ) -> None:
         """Put a navigator together.
 
@@ -84,6 +88,7 @@ class Navigator:
                 through ``update``, ``observe`` and ``execute``.
             readings_filter: Filter between the source of the readings and the navigator: faults,
                 latency, perturbations.
+            arrival: Rules by which a goal is declared reached.
         """
         steering = steering or Steering()
         self._robot = robot
@@ -93,8 +98,10 @@ class Navigator:
         self._controller = steering.controller
         self._planner = steering.planner
         self._action_repeat = steering.action_repeat
+        self._knows_truth = steering.knows_truth
         self._filter = readings_filter
-        self._goal = np.zeros(2)
+        self._arrival = ArrivalMonitor(arrival or ArrivalConfig())
+        self._goal, self._has_goal = np.zeros(2), False
         self._command = _STANDSTILL
         self._repeats_left = 0
         self._previous_steering = (0.0, 0.0)
@@ -107,6 +114,11 @@ class Navigator:
     def planner(self) -> Planner:
         """Planner around the controller, for observers."""
         return self._planner
+
+    @property
+    def has_arrived(self) -> bool:
+        """True from the step in which the robot declares its goal reached, until another is set."""
+        return self._arrival.has_arrived
 
     def reset(self, pose: Pose, stamp: float, rough: bool = False) -> None:
         """Forget everything and start at a pose.
@@ -124,11 +136,12 @@ class Navigator:
             self._controller.reset()
         self._previous_steering = (0.0, 0.0)
         self._repeats_left = 0
+        self._arrival.reset()
 
     @property
     def steering(self) -> Steering:
         """Controller and planner."""
-        return Steering(self._controller, self._planner, self._action_repeat)
+        return Steering(self._controller, self._planner, self._action_repeat, self._knows_truth)
 
     def steer(self, steering: Steering) -> None:
         """Hand over to another controller, or planner, in the middle of a drive.
@@ -140,15 +153,20 @@ class Navigator:
         self._controller = steering.controller
         self._planner = steering.planner
         self._action_repeat = steering.action_repeat
+        self._knows_truth = steering.knows_truth
         self._repeats_left = 0
         if self._controller is not None:
             self._controller.reset()
 
     def set_goal(self, goal: NDArray[np.float64]) -> None:
-        """Head for ``goal``, map coordinates [m], shape (2,)."""
-        if not np.array_equal(goal, self._goal):
-            self._goal = np.array(goal, dtype=np.float64)
+        """Head for ``goal``, map coordinates [m], shape (2,); the same goal again changes nothing.
+
+        Until the first goal is set there is nothing to arrive at.
+        """
+        if not self._has_goal or not np.array_equal(goal, self._goal):
+            self._goal, self._has_goal = np.array(goal, dtype=np.float64), True
             self._repeats_left = 0
+            self._arrival.reset()
 
     def step(self, readings: SensorReadings) -> StepResult:
         """Turn the readings of one control period into wheel speeds (paper: section 4, Figure 7).
@@ -159,7 +177,9 @@ class Navigator:
         controller = self._required_controller()
         # Where am I, and what is around: UKF; beams placed into the levelled cloud.
         readings = self.update(readings)
-        is_due = self._repeats_left == 0
+        # Am I there: from then on the robot stands still until it gets another goal.
+        has_arrived = self._check_arrival(readings)
+        is_due = self._repeats_left == 0 and not has_arrived
         # How far is it free: cloud to polar cells, classifier, virtual scan.
         scan = self._scan(readings.stamp) if is_due or self.observers else None
         situation = None
@@ -172,7 +192,7 @@ class Navigator:
             self._repeats_left = self._action_repeat
         # What the wheels do: limits, dead zone, inverse kinematics.
         twist, wheels = self._next_twist()
-        result = StepResult(readings, scan, situation, self._goal, twist, wheels)
+        result = StepResult(readings, scan, situation, self._goal, twist, wheels, has_arrived)
         for observer in (*self.observers, *self.spectators):
             observer(result)
         return result
@@ -228,6 +248,19 @@ class Navigator:
         if self._controller is None:
             raise ValueError("controller: expected one, got None; use observe and execute instead")
         return self._controller
+
+    def _check_arrival(self, readings: SensorReadings) -> bool:
+        """Return True if the goal is reached, and end the command that was driven until then."""
+        if not self._has_goal:
+            return False
+        pose = self._localizer.pose
+        if self._knows_truth and readings.truth is not None:
+            pose = readings.truth.pose
+        away = float(np.hypot(*(self._goal - pose.position[:2])))
+        has_arrived = self._arrival.update(away, readings.stamp, self._localizer.health)
+        if has_arrived:
+            self._repeats_left = 0
+        return has_arrived
 
     def _scan(self, stamp: float) -> VirtualScan | None:
         """Return the virtual scan at a stamp [s], None before the first cloud."""

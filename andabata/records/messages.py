@@ -15,6 +15,9 @@ from traversability.virtual_scan import VirtualScan
 NS = 1_000_000_000
 """Number of nanoseconds of a second."""
 
+NAME = "andabata"
+"""Name of our status in a diagnostics message."""
+
 NO_FIX = -1
 """Status of a satellite receiver without a fix."""
 
@@ -219,12 +222,10 @@ class MessageBuilder:
         Args:
             seconds: Time of the pose [s].
             pose: Pose of ``base_footprint``.
-            covariance: Covariance of x, y [m] and yaw [rad], shape (3, 3); None for zeros.
+            covariance: Covariance of x, y, z [m], roll, pitch, yaw [rad], shape (6, 6); None for
+                zeros, which stand for an unknown one.
             state: State with the velocities; None for zeros.
         """
-        full = np.zeros((6, 6))
-        if covariance is not None:
-            full[np.ix_([0, 1, 5], [0, 1, 5])] = covariance
         zero = np.zeros(3)
         linear, angular = (zero, zero) if state is None else (state.linear, state.angular)
         twist = self.new(
@@ -234,26 +235,31 @@ class MessageBuilder:
             "nav_msgs/msg/Odometry",
             header=self.header(seconds, "map"),
             child_frame_id="base_footprint",
-            pose=self.new(
-                "geometry_msgs/msg/PoseWithCovariance",
-                pose=self.pose(pose),
-                covariance=full.ravel(),
-            ),
+            pose=self.pose_with_covariance(pose, covariance),
             twist=self.new(
                 "geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=np.zeros(36)
             ),
         )
 
-    def initial(self, seconds: float, pose: Pose) -> RosMessage:
-        """Return an initial pose in the map."""
+    def pose_with_covariance(
+        self, pose: Pose, covariance: NDArray[np.float64] | None = None
+    ) -> RosMessage:
+        """Return a pose with its covariance; see ``odometry``."""
+        full = np.zeros((6, 6)) if covariance is None else covariance
+        return self.new(
+            "geometry_msgs/msg/PoseWithCovariance",
+            pose=self.pose(pose),
+            covariance=np.array(full, dtype=np.float64).ravel(),
+        )
+
+    def stamped_pose(
+        self, seconds: float, pose: Pose, covariance: NDArray[np.float64] | None = None
+    ) -> RosMessage:
+        """Return a pose in the map with its covariance; see ``odometry``."""
         return self.new(
             "geometry_msgs/msg/PoseWithCovarianceStamped",
             header=self.header(seconds, "map"),
-            pose=self.new(
-                "geometry_msgs/msg/PoseWithCovariance",
-                pose=self.pose(pose),
-                covariance=np.zeros(36),
-            ),
+            pose=self.pose_with_covariance(pose, covariance),
         )
 
     def goal(self, seconds: float, goal: NDArray[np.float64]) -> RosMessage:
@@ -367,7 +373,7 @@ class MessageBuilder:
         status = self.new(
             "diagnostic_msgs/msg/DiagnosticStatus",
             level=level,
-            name="andabata",
+            name=NAME,
             message=message,
             hardware_id="",
             values=pairs,

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.localization.estimator_status import EstimatorStatus
 from andabata.localization.localizer import Health, Localizer, health_after
-from andabata.localization.ukf_localizer import UkfLocalizer
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.navigation.cloud_assembly import CloudAssembler
@@ -25,6 +25,9 @@ SETUP = "setup"
 
 DATUM = "datum"
 """Key of a live navigator's datum, as JSON, in its diagnostics."""
+
+UNUSED = "not used: "
+"""Beginning of the keys of the numbers of readings that were not used, by sensor and reason."""
 
 _HALF_PERIOD = 0.05
 """Half a control period [s]: the relative cloud comes twice in one (paper, Table 3)."""
@@ -140,7 +143,7 @@ class Recorder:
         self._bearings, self._records_clouds = bearings, clouds
         self._cloud: PointCloud | None = None
         self._goal: NDArray[np.float64] | None = None
-        self._last_complaints = ""
+        self._last_complaints, self._has_arrived = "", False
         self.has_begun = False
         self.diagnostic_values: dict[str, str] = {}
         self.failures: Sequence[str] = ()
@@ -154,7 +157,7 @@ class Recorder:
             setup: Settings of the drive, ready for JSON.
         """
         queue, builder, self.has_begun = self._queue, self._queue.builder, True
-        queue.add(stamp, topics.INITIAL_POSE, builder.initial(stamp, pose))
+        queue.add(stamp, topics.INITIAL_POSE, builder.stamped_pose(stamp, pose))
         queue.add(stamp, topics.FILTERED_ODOMETRY, builder.odometry(stamp, pose))
         values = {SETUP: dumps(setup, sort_keys=True)}
         queue.add(stamp, topics.DIAGNOSTICS, builder.diagnostics(stamp, 0, "begin", values))
@@ -175,7 +178,7 @@ class Recorder:
         self._queue.flush()
 
     def queue_commands(self, step: StepResult) -> None:
-        """Queue the outcome of a step: virtual scan, twist and wheel speeds, map and plan."""
+        """Queue the outcome of a step: virtual scan, twist, wheel speeds, arrival, map and plan."""
         now, builder = step.readings.stamp, self._queue.builder
         if step.scan is not None:
             scan = builder.virtual_scan(now, step.scan, self._bearings)
@@ -183,6 +186,9 @@ class Recorder:
         self._queue.add(now, topics.TWIST, builder.twist(step.twist.linear, step.twist.angular))
         wheels = builder.wheels("Wheels_cmd", now, step.wheels.left, step.wheels.right)
         self._queue.add(now, topics.WHEEL_COMMAND, wheels)
+        if step.has_arrived and not self._has_arrived:
+            self._queue.add(now, topics.GOAL_REACHED, builder.goal(now, step.goal))
+        self._has_arrived = step.has_arrived
         if self._planner is not None:
             for topic, message in self._planner.messages(builder, step):
                 self._queue.add(now, topic, message)
@@ -202,13 +208,16 @@ class Recorder:
 
     def queue_state(self, now: float) -> None:
         """Queue the pose in the map; and the health, once a second or when it changes."""
-        queue, builder, localizer = self._queue, self._queue.builder, self._localizer
-        covariance = localizer.covariance if isinstance(localizer, UkfLocalizer) else None
-        queue.add(now, topics.FILTERED_ODOMETRY, builder.odometry(now, localizer.pose, covariance))
-        level, complaints = self._health(now)
+        queue, builder = self._queue, self._queue.builder
+        pose, status = self._localizer.pose, self._localizer.status
+        odometry = builder.odometry(now, pose, status.covariance)
+        queue.add(now, topics.FILTERED_ODOMETRY, odometry)
+        estimate = builder.stamped_pose(now, pose, status.covariance)
+        queue.add(now, topics.ESTIMATED_POSE, estimate)
+        level, complaints = self._health(now, status)
         if round(now * 10) % 10 == 0 or complaints != self._last_complaints:
             self._last_complaints = complaints
-            queue.add(now, topics.DIAGNOSTICS, self._diagnosis(now, level))
+            queue.add(now, topics.DIAGNOSTICS, self._diagnosis(now, level, status))
 
     def queue_clouds(self, stamp: float) -> None:
         """Queue the cloud relative to the robot at ``stamp`` [s]; a new cloud unchanged, too."""
@@ -222,42 +231,49 @@ class Recorder:
         relative = assembler.relative(Pose(row[:3], row[3:]))
         queue.add(stamp, topics.RELATIVE_CLOUD, builder.cloud(stamp, relative))
 
-    def _health(self, now: float) -> tuple[int, str]:
+    def _health(self, now: float, status: EstimatorStatus) -> tuple[int, str]:
         """Return the diagnostics' level, 0 to 2, and what is wrong, without numbers."""
-        health = self._checked_health
+        health = health_after(status.health, bool(self.failures))
         level, complaints = _LEVELS[health], [str(health)]
-        complaints += [text.split(":")[0] for text in self.failures]
-        if isinstance(self._localizer, UkfLocalizer):
-            complaints += [text.split(":")[0] for text in self._localizer.warnings]
+        complaints += [text.split(":")[0] for text in (*self.failures, *status.causes)]
         if self._assembler is not None and self._has_no_cloud(now):
             waiting = np.isinf(self._assembler.cloud_age(now))
             level, complaints = max(level, 1 if waiting else 2), [*complaints, "cloud"]
         return level, "; ".join(complaints)
 
-    @property
-    def _checked_health(self) -> Health:
-        """Health of the localizer, not ok where a check failed."""
-        return health_after(self._localizer.health, bool(self.failures))
-
     def _has_no_cloud(self, now: float) -> bool:
         """Return True if the robot has no cloud that is recent enough."""
         return self._assembler is not None and self._assembler.is_stale(now)
 
-    def _diagnosis(self, now: float, level: int) -> RosMessage:
-        """Return health, complaints and counts as a diagnostics message."""
-        localizer, assembler = self._localizer, self._assembler
-        values = dict(self.diagnostic_values)
-        complaints = [str(self._checked_health), *self.failures]
-        if isinstance(localizer, UkfLocalizer):
-            complaints += localizer.warnings
-            for name, (accepted, gated, refused) in localizer.counts.items():
-                values[name] = f"{accepted} accepted, {gated} gated, {refused} refused"
+    def _diagnosis(self, now: float, level: int, status: EstimatorStatus) -> RosMessage:
+        """Return health, causes, uncertainty and counts as a diagnostics message."""
+        assembler = self._assembler
+        health = health_after(status.health, bool(self.failures))
+        causes = [*self.failures, *status.causes]
+        complaints = [str(health), *causes]
+        values = self.diagnostic_values | _values_of(status, str(health), causes)
+        for name, (accepted, gated, refused) in getattr(self._localizer, "counts", {}).items():
+            values[name] = f"{accepted} accepted, {gated} gated, {refused} refused"
         if assembler is not None:
             age = assembler.cloud_age(now)
             values["cloud"] = f"{age:.1f} s old, {assembler.refused} refused"
             if self._has_no_cloud(now):
                 complaints.append("cloud: none" if np.isinf(age) else f"cloud: {age:.1f} s old")
         return self._queue.builder.diagnostics(now, level, "; ".join(complaints), values)
+
+
+def _values_of(status: EstimatorStatus, health: str, causes: Sequence[str]) -> dict[str, str]:
+    """Return values of a diagnostics message: a plot of ``UNUSED`` needs bare numbers."""
+    return {
+        "health": health,
+        "cause": "; ".join(causes),
+        "position sigma [m]": f"{status.position_sigma:.3f}",
+        "heading sigma [deg]": f"{np.rad2deg(status.yaw_sigma):.2f}",
+    } | {
+        f"{UNUSED}{sensor}, {reason}": str(number)
+        for sensor, reasons in status.unused.items()
+        for reason, number in reasons.items()
+    }
 
 
 def _rows(rows: NDArray[np.float64] | None) -> NDArray[np.float64]:

@@ -57,8 +57,14 @@ VIRTUAL_SCAN = Topic("/2D_virtual_scan", "/traversability_scan", "sensor_msgs/ms
 TWIST = Topic("/cmd_vel", "/cmd_vel", "geometry_msgs/msg/Twist", 10.0)
 WHEEL_COMMAND = Topic("/wheel_speed_cmd", "/wheel_speed_cmd", "andabata_msgs/msg/Wheels_cmd", 10.0)
 FILTERED_ODOMETRY = Topic("/odometry/filtered", "/odometry/filtered", "nav_msgs/msg/Odometry", 10.0)
+ESTIMATED_POSE = Topic("/pose", "/pose", "geometry_msgs/msg/PoseWithCovarianceStamped", 10.0)
+"""Pose of the filter again, alone with its covariance: the type that viewers draw an ellipse of."""
+
 DIAGNOSTICS = Topic("/diagnostics", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1.0)
 GOAL = Topic("/goal", "/goal", "geometry_msgs/msg/PoseStamped", None)
+GOAL_REACHED = Topic("/goal_reached", "/goal_reached", "geometry_msgs/msg/PoseStamped", None)
+"""Goal that the robot declares reached, by its own estimate, once for each goal."""
+
 GROUND_TRUTH = Topic("/ground_truth", "/ground_truth", "nav_msgs/msg/Odometry", 10.0)
 WALKERS = Topic("/walkers", "/walkers", "geometry_msgs/msg/PoseArray", 10.0)
 """True places of the walkers' feet, of worlds that have some."""
@@ -101,6 +107,7 @@ TOPICS = (
     TWIST,
     WHEEL_COMMAND,
     FILTERED_ODOMETRY,
+    ESTIMATED_POSE,
     DIAGNOSTICS,
     GOAL,
     GROUND_TRUTH,

@@ -64,6 +64,11 @@ class MountingMonitor:
         """Mounting of each sensor, ready for JSON."""
         return self._extrinsics.as_dict(self._lidar_height)
 
+    def rotation(self, sensor: str) -> Rotation | None:
+        """Return the rotation from a sensor's axes to the robot's; None for one that is unknown."""
+        transform = self.frames.get(sensor, {}).get("transform")
+        return None if transform is None else Rotation.from_euler("ZYX", transform[:2:-1])
+
     def add_remarks(self, remarks: Remarks) -> None:
         """Add what a user should know about the mountings."""
         for text in (*self._extrinsics.remarks, *self._ground.remarks):

@@ -21,6 +21,7 @@ from andabata.records.drive_setup import DriveSetup, read_setup
 from andabata.records.messages import NS
 from andabata.records.pieces import Piece
 from andabata.records.remarks import Remarks
+from andabata.replay.compass_check import CompassCheck
 from andabata.replay.datum import add_fix_remarks, position_fields, recorded_datum, use_datum
 from andabata.replay.mounting_monitor import MountingMonitor
 from andabata.replay.options import ReplayOptions
@@ -119,6 +120,7 @@ class BagReplay:
         self._drive = inspect_drive(bag, options, self._remarks)
         self._given: dict[str, float] = self._drive.given
         self._datum: Datum | None = None
+        self._has_compass_advice = False
         self._models = options.models or Models()
         self._controller = options.controller or str(self._drive.controller or _DEFAULT_CONTROLLER)
         self._assemble_navigator()
@@ -205,8 +207,10 @@ class BagReplay:
             # Later pieces have to use the same map.
             self._given = {**self._given, **position_fields(self._datum)}
             use_datum(self._localizer, self._datum)
+        self._compass = CompassCheck(self._datum.reference, drive.config.robot.wheel_radius)
         self._navigator.reset(setup.start, 0.0, setup.is_rough)
-        self._navigator.geofence = replace(setup, settings=drive.settings).geofence
+        recorded = replace(setup, settings=drive.settings).geofence
+        self._navigator.geofence = recorded or drive.config.geofence
 
     def _sensor_decoder(self, epoch_ns: int) -> SensorDecoder:
         """Return a decoder of the sensors' messages that counts time from an epoch [ns]."""
@@ -225,6 +229,7 @@ class BagReplay:
         if self._observer is not None:
             self._observer.observe(period, result)
         self._mountings.check(self._localizer.odometry)
+        self._compass.add(period.readings, self._localizer.odometry)
         self._statistics.add(self._localizer)
         if self._on_second is not None and self._comparison.periods % _PERIODS_PER_SECOND == 0:
             self._on_second()
@@ -238,11 +243,24 @@ class BagReplay:
         """Add up the measurements that were refused in a piece."""
         self._statistics.end(self._localizer)
         add_fix_remarks(self._remarks, self._localizer, setup.refused)
+        self._advise_on_compass()
         unplaced = self._assembler.refused if self._assembler else 0
         self._refused += decoder.refused + unplaced
         if unplaced:
             reason = "no pose is known at its stamp"
             self._remarks.refuse(self._drive.laser, reason, number=unplaced)
+
+    def _advise_on_compass(self) -> None:
+        """Note what is wrong with the compass and the step to take, once for all pieces."""
+        mounting = self._mountings.rotation("compass")
+        # A gyro that contradicts the wheels is no judge of a compass.
+        is_gyro_wrong = any(text.startswith("imu:") for text in self._drive.extrinsics.failures)
+        if mounting is None or is_gyro_wrong or self._has_compass_advice:
+            return
+        advice = self._compass.advice(self._drive.units.magnetic_field, mounting)
+        if advice is not None:
+            self._has_compass_advice = True
+            self._remarks.note("compass", advice)
 
     def _result(self) -> dict[str, Any]:
         """Return the result of all pieces, ready for JSON."""

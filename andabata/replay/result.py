@@ -1,6 +1,5 @@
 """Result of a replay: differences from the recorded output, and the localizer's health."""
 
-import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.localization.estimator_status import without_numbers
 from andabata.localization.localizer import Health, Localizer, health_after
 from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.navigation.navigator import StepResult
@@ -20,9 +20,7 @@ LEFT_OUT_SHARE = 0.01
 _SHOWN_REMARKS = 8
 """Number of remarks in the text; JSON has all."""
 
-_HEALTH_ORDER = ("ok", "degraded", "lost")
-
-_TEXT_WITHOUT_NUMBERS = re.compile(r" (for|by) [\d.]+.*")
+_HEALTH_ORDER = tuple(str(health) for health in Health)
 
 
 @dataclass
@@ -130,7 +128,7 @@ class LocalizerStatistics:
         """Add a control period."""
         self.health[str(localizer.health)] += 1
         for text in getattr(localizer, "warnings", ()):
-            self.complaints[_TEXT_WITHOUT_NUMBERS.sub("", text)] += 1
+            self.complaints[without_numbers(text)] += 1
 
     def health_after(self, has_failures: bool) -> dict[str, int]:
         """Return the number of periods by health; with a failed check none of them is ok.

@@ -1,4 +1,4 @@
-"""Colours of semantic classes and of cells, the same in figures, clips and the live view.
+"""Colours of classes, cells and health, the same in figures, clips and the live view.
 
 Free and blocked are a bluish green and vermilion, which the colour-blind tell apart (Okabe and Ito
 2008, "Color universal design").
@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.localization.localizer import Health
 from terrain.classes import SemanticClass
 
 FREE_COLOUR: Final = "#009e73"
@@ -25,6 +26,15 @@ PATH_COLOUR: Final = "#d0006f"
 
 PLAN_COLOUR: Final = "#0047c8"
 """Colour of the plan and of goals."""
+
+
+HEALTH_COLOURS: Final = {
+    Health.OK: "#0078ff",
+    Health.DEGRADED: "#e69f00",
+    Health.DISORIENTED: "#cc5ba5",
+    Health.LOST: "#d00000",
+}
+"""Colours of an estimate by its health."""
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

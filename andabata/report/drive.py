@@ -14,6 +14,7 @@ from andabata.report.columns import word
 from andabata.report.folder import read_about, read_result
 from andabata.report.options import ReportOptions
 from andabata.report.page import Page, Section
+from andabata.report.plots.drive_estimate import estimate_figure, has_estimate
 from andabata.report.plots.drive_traces import (
     Trace,
     headings_figure,
@@ -43,6 +44,11 @@ _LARGEST_CLIP = 8_000_000
 """Largest clip that a page takes in [bytes]."""
 
 _GOALS_TEXT = "In a row until one fails. SPL is success weighted by path length."
+
+_ESTIMATE_TEXT = (
+    "The robot's own estimate against the truth: an estimate that knows itself is within two sigma "
+    "for 86 % of the time. Where its health was not ok the background is coloured."
+)
 
 _WORLD_TEXT = "Starts and goals of its tasks, forbidden ground by reason (Fig. 20)."
 
@@ -114,6 +120,7 @@ def report_drives(folders: Sequence[Path], _: ReportOptions) -> tuple[Page, Row]
         _clips(runs),
         _goals(rows, len(runs) > 1),
         _motion(runs),
+        _estimates(runs),
         _last_cloud(runs[0]),
         Section(
             "The world",
@@ -224,6 +231,17 @@ def _motion(runs: Sequence[DriveRun]) -> Section:
         Plot(headings_figure(known), "headings", "Heading over time (Fig. 23)", drawn=True),
         Plot(motion_figure(known), "motion", text, drawn=True),
     )
+
+
+def _estimates(runs: Sequence[DriveRun]) -> Section | None:
+    """Return what each robot believed of itself over time; None in earlier versions' folders."""
+    traces = {run.name: run.trace for run in runs}
+    plots = [
+        Plot(estimate_figure(trace), f"estimate-{name}", f"{name}: errors of its own estimate")
+        for name, trace in traces.items()
+        if trace is not None and has_estimate(trace)
+    ]
+    return Section("What it believed", _ESTIMATE_TEXT, *plots) if plots else None
 
 
 def _last_cloud(run: DriveRun) -> Section | None:

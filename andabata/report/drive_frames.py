@@ -10,8 +10,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.localizer import Health, Localizer
-from andabata.localization.ukf_localizer import UkfLocalizer
+from andabata.localization.estimator_status import EstimatorStatus
+from andabata.localization.localizer import Localizer
 from andabata.machine.kinematics import Twist
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.sensor_readings import WheelSpeeds
@@ -89,9 +89,8 @@ class DriveFrame:
         stamp: Time since the robot was put down [s].
         odometry: Estimated pose in ``odom``.
         estimate: Estimated pose in the map.
-        covariance: Covariance of its x, y [m] and yaw [rad], shape (3, 3); None without a filter.
+        status: Health, causes and uncertainty of the estimate; None where no estimator is known.
         is_true: True if ``pose`` is the true one.
-        health: Health of the estimate.
         goal: Goal in the map [m], shape (2,); None without one.
         heading_error: Bearing of the goal, or sub-goal, from the heading [rad]; None without one.
         twist: Twist that is driven.
@@ -99,6 +98,7 @@ class DriveFrame:
         head: Azimuth of the laser's head from straight ahead [rad]; None where it does not turn.
         plan: Knowledge of the planner; None without a planner.
         scan_pose: Pose at which the robot was drawn then; None for the present one.
+        has_arrived: True if the robot has declared the goal reached.
     """
 
     pose: Pose
@@ -109,9 +109,8 @@ class DriveFrame:
     stamp: float = 0.0
     odometry: Pose = field(default_factory=_level)
     estimate: Pose = field(default_factory=_level)
-    covariance: NDArray[np.float64] | None = None
+    status: EstimatorStatus | None = None
     is_true: bool = True
-    health: Health = Health.OK
     goal: NDArray[np.float64] | None = None
     heading_error: float | None = None
     twist: Twist = _STANDSTILL
@@ -119,6 +118,7 @@ class DriveFrame:
     head: float | None = None
     plan: PlanFrame | None = None
     scan_pose: Pose | None = None
+    has_arrived: bool = False
 
     def points(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the laser points in the map [m], shape (n, 3), and their ages [s], shape (n,)."""
@@ -197,7 +197,6 @@ class FrameSource:
         """
         localizer, truth = self._localizer, result.readings.truth
         window = None if self._assembler is None else self._assembler.window
-        covariance = localizer.covariance if isinstance(localizer, UkfLocalizer) else None
         return DriveFrame(
             pose=self._pose(result),
             scan=None if self._scan is None else self._scan[0],
@@ -207,9 +206,8 @@ class FrameSource:
             stamp=result.readings.stamp,
             odometry=localizer.odometry,
             estimate=localizer.pose,
-            covariance=covariance,
+            status=localizer.status,
             is_true=truth is not None,
-            health=localizer.health,
             goal=result.goal.copy(),
             heading_error=self._heading_error(result),
             twist=result.twist,
@@ -217,6 +215,7 @@ class FrameSource:
             head=_head(result),
             plan=self._plan() if with_plan else None,
             scan_pose=None if self._scan is None else self._scan[1],
+            has_arrived=result.has_arrived,
         )
 
     def _pose(self, result: StepResult) -> Pose:

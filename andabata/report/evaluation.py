@@ -7,6 +7,7 @@ from typing import Any
 
 from PIL import Image
 
+from andabata.evaluation.offroad_table import success_text
 from andabata.report.blocks import Block, Fact, Folded, Picture, Plot, Table, Text
 from andabata.report.columns import interval, several, with_reached, word
 from andabata.report.folder import read_result, read_rows
@@ -34,11 +35,13 @@ _SHOWN = (
     "goal",
     "reached",
     "success_rate",
+    "strict_successes",
     "spl",
     "collisions",
     "tipovers",
     "timeouts",
     "stuck",
+    "false_arrivals",
     "trespass_share",
 )
 
@@ -58,6 +61,17 @@ _WIDTH, _QUALITY = 900, 62
 _SUCCESS_TEXT = (
     "A goal counts as tried in every trial, so that the figures are those of goals in a row. "
     "Brackets hold 95 % intervals (Wilson); SPL is success weighted by path length."
+)
+
+_PAIRS = (
+    *("controller", "difference", "mcnemar_gained", "mcnemar_lost", "mcnemar_p"),
+    *("spl_difference", "time_difference_s", "both"),
+)
+
+_PAIRS_TEXT = (
+    "Each controller less {against}, in the same {trials} trials. A trial counts as a success if "
+    "it reached all of its goals. Times are compared where both have finished. Brackets hold 95 % "
+    "intervals: of success after Agresti and Min, of SPL and time by resampled worlds."
 )
 
 _PAPER_TEXT = "The paper's Table 4, in its own test world, beside those of natural-test:"
@@ -88,13 +102,15 @@ def report_evaluation(folder: Path) -> tuple[Page, Row]:
         f"{', '.join(controllers)}; the same worlds, starts and noise for each.",
         [_fact(row) for row in with_reached(rows) if row["goal"] == "all"],
         [
-            _success(rows, worlds),
+            _success(rows, worlds, data.get("success_within")),
+            _pairs(data.get("differences", ())),
             _by_difficulty(attempts, controllers),
             _paths(attempts, worlds),
             _failures(folder, data["failures"], attempts),
         ],
     )
-    return page, {key: data[key] for key in ("rows", "failures")}
+    shown = ("rows", "failures", "success_within")
+    return page, {key: data[key] for key in shown if key in data}
 
 
 def read_attempts(path: Path) -> list[Row]:
@@ -106,8 +122,8 @@ def read_attempts(path: Path) -> list[Row]:
     return [row for entry in read_rows(path)[1:] for row in entry["rows"]]
 
 
-def _success(rows: Sequence[Row], worlds: Sequence[str]) -> Section:
-    """Return success by goal, a table a world."""
+def _success(rows: Sequence[Row], worlds: Sequence[str], within: Row | None) -> Section:
+    """Return success by goal, a table a world, and how near a goal counts as reached."""
     there = PAPER_WORLD in worlds
     beside = "; hollow: the paper's Table 4, of one world" if there else ""
     figure = goals_figure(rows, {PAPER_WORLD: PAPER_GOALS} if there else {})
@@ -117,7 +133,14 @@ def _success(rows: Sequence[Row], worlds: Sequence[str]) -> Section:
     )
     plot = Plot(figure, "success", f"Goals reached in a row{beside}", drawn=True)
     paper = [Text(_PAPER_TEXT), Table(_paper_rows())] if there else ()
-    return Section("Success", _SUCCESS_TEXT, plot, *tables, *paper)
+    text = _SUCCESS_TEXT if within is None else f"{_SUCCESS_TEXT} {_capital(within)}"
+    return Section("Success", text, plot, *tables, *paper)
+
+
+def _capital(within: Row) -> str:
+    """Return how near a goal counts as reached as a sentence."""
+    text = success_text(within)
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def goals_table(rows: Sequence[Row], every: str, caption: str = "") -> Table:
@@ -131,6 +154,15 @@ def goals_table(rows: Sequence[Row], every: str, caption: str = "") -> Table:
     several_goals = len({row["goal"] for row in rows}) > 2  # Two are the only goal and "all".
     shown = [row for row in with_reached(rows) if several_goals or row["goal"] != "all"]
     return Table(shown, _SHOWN, caption, every)
+
+
+def _pairs(rows: Sequence[Row]) -> Section | None:
+    """Return the differences from the first controller; None of one alone."""
+    if not rows:
+        return None
+    first = rows[0]
+    text = _PAIRS_TEXT.format(trials=first["trials"], against=first["against"])
+    return Section("Pairs", text, Table(rows, _PAIRS))
 
 
 def _paper_rows() -> list[Row]:

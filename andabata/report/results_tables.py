@@ -16,16 +16,21 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from andabata.bench.table import markdown_table
 from andabata.configuration.settings import explain
+from andabata.evaluation.ledger import ledger_rows, read_ledger
 from andabata.evaluation.room_table import over_rooms
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.report.columns import spoken, with_reached
 from andabata.report.folder import read_about, read_result
 from andabata.report.run_folders import EVALUATION
 from andabata.runs import atomic_io
+from andabata.runs.folder import LEDGER
 from andabata.runs.strict_json import dumps
 
 PAGES = Path("docs/results")
 """Folder of the pages, from the repository's root."""
+
+LEDGER_TABLE = "ledger"
+"""Name of the table of the ledger, which stands beside the pages."""
 
 _MARKED = re.compile(r"(<!-- table: ([a-z0-9-]+) -->\n)(.*?)(<!-- end of table -->)", re.DOTALL)
 
@@ -107,21 +112,30 @@ def laser_words(label: str) -> str:
 
 
 def tables(folder: Path) -> dict[str, str]:
-    """Return the tables of all stored rows by their names.
+    """Return the tables of all stored rows by their names, and that of the ledger.
 
     Args:
         folder: Folder of the pages, with ``data`` in it.
 
     Raises:
-        ValueError: If a file holds no such rows.
+        ValueError: If a file holds no such rows, or the ledger is damaged.
     """
-    found = {}
+    found = {LEDGER_TABLE: ledger_table(folder / Path(LEDGER).name)}
     for path in sorted((folder / "data").glob("*.json")):
         try:
             found[path.stem] = StoredRows.model_validate_json(path.read_bytes()).table()
         except ValidationError as error:
             raise ValueError(f"{path}: {explain(error)}; store it again with --keep") from error
     return found
+
+
+def ledger_table(path: Path) -> str:
+    """Return the table of the ledger in Markdown, empty without a ledger.
+
+    Raises:
+        LedgerError: If it is damaged.
+    """
+    return markdown_table(ledger_rows(read_ledger(path))) if path.is_file() else ""
 
 
 def rewritten(text: str, known: dict[str, str]) -> str:

@@ -51,7 +51,9 @@ _PUBLISHED = (
     topics.TWIST,
     topics.WHEEL_COMMAND,
     topics.FILTERED_ODOMETRY,
+    topics.ESTIMATED_POSE,
     topics.DIAGNOSTICS,
+    topics.GOAL_REACHED,
 )
 
 
@@ -66,12 +68,14 @@ class TickCounts:
         commands: Number of commands published.
         scans: Number of virtual scans published.
         moving: Number of commands other than a standstill.
+        arrivals: Number of goals declared reached.
         missed_ticks: Number of half periods that came too late and were skipped.
     """
 
     commands: int = 0
     scans: int = 0
     moving: int = 0
+    arrivals: int = 0
     missed_ticks: int = 0
 
 
@@ -124,7 +128,7 @@ class NavigatorNode:
         self._inbox = SensorInbox(graph, decoder, sources)
         self._assemble_navigator(config, models, steering, local_map)
         self._mountings = MountingMonitor(extrinsics, self._assembler, config.robot.lidar_height)
-        self._counts = TickCounts()
+        self._counts, self._had_arrived = TickCounts(), False
         self._reported: set[str] = set()
         self._inbox.subscribe()
         for topic in (*_PUBLISHED, *(topics.PLANNER_TOPICS if local_map else ())):
@@ -266,6 +270,8 @@ class NavigatorNode:
         self._counts.commands += 1
         self._counts.scans += result.scan is not None
         self._counts.moving += result.wheels != WheelSpeeds(0.0, 0.0)
+        self._counts.arrivals += result.has_arrived and not self._had_arrived
+        self._had_arrived = result.has_arrived
 
     def _received(self, now: float) -> SensorReadings:
         """Return the usable readings since the last call; reset to an initial pose, if one came."""

@@ -7,14 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.evaluation.trial_monitor import TrialMonitor, arrival_tolerance
 from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
 from andabata.machine.simulator import Simulator
 from andabata.records import topics
-from andabata.records.messages import NS, MessageBuilder, wheel_speeds_of
+from andabata.records.messages import NS, MessageBuilder, pose_of, wheel_speeds_of
 from andabata.records.recorder import MessageQueue, queue_readings
 from andabata.records.topics import Ros, RosMessage, Topic
 from andabata.ros.graph import RosGraph
-from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
+from andabata.tasks.terminations import Outcome, TerminationConfig
 from worlds.scenes import Scene
 from worlds.world import Task
 
@@ -30,7 +31,11 @@ _PERIODS_PER_SECOND = 10
 
 
 class RobotNode:
-    """Simulated robot that publishes its readings in real time and follows wheel commands."""
+    """Simulated robot that publishes its readings in real time and follows wheel commands.
+
+    It announces the next goal when the navigator declares the one before reached, by the rules of
+    trials.
+    """
 
     def __init__(self, graph: RosGraph, scene: Scene, config: SimulatedRobotConfig) -> None:
         """Subscribe to wheel commands and advertise start and goals.
@@ -42,7 +47,9 @@ class RobotNode:
         """
         self._graph, self._scene, self._config = graph, scene, config
         self._command = (_STANDSTILL, 0)
+        self._reached: NDArray[np.float64] | None = None
         graph.subscribe(topics.WHEEL_COMMAND, self._take_command)
+        graph.subscribe(topics.GOAL_REACHED, self._take_arrival)
         # Latched: a navigator that starts later gets them, too.
         self._initial_pose = graph.advertise(topics.INITIAL_POSE, latch=True)
         self._goal = graph.advertise(topics.GOAL, latch=True)
@@ -52,6 +59,15 @@ class RobotNode:
         wheels = wheel_speeds_of(message)
         if np.isfinite([wheels.left, wheels.right]).all():
             self._command = (wheels, self._graph.now_ns())
+
+    def _take_arrival(self, _: Topic, message: RosMessage) -> None:
+        """Store the goal that the navigator declares reached."""
+        self._reached = pose_of(message.pose).position[:2]
+
+    def _has_arrived(self, goal: NDArray[np.float64]) -> bool:
+        """Return True if the navigator has declared a goal reached; one before does not count."""
+        reached = self._reached
+        return reached is not None and bool(np.allclose(reached, goal))
 
     def run(
         self,
@@ -72,13 +88,14 @@ class RobotNode:
             Result, ready for JSON.
         """
         self._begin(task, rng)
-        monitor = EpisodeMonitor(self._scene.world, terminations)
+        config, world = self._config, self._scene.world
+        monitor = TrialMonitor(world, config.robot, terminations, arrival_tolerance(config))
         outcomes: list[str] = []
         for goal in map(np.array, task.goals):
             state = _true_state(self._readings)
             monitor.begin(state, goal)
             self._announce(state, goal, is_first=not outcomes)
-            outcome = self._attempt(monitor, on_second)
+            outcome = self._attempt(monitor, goal, on_second)
             outcomes.append(str(outcome) if outcome else "interrupted")
             if outcome is not Outcome.GOAL:
                 break
@@ -104,11 +121,14 @@ class RobotNode:
         stamp = self._readings.stamp
         self._goal.publish(self._goal.data_class(self._builder.goal(stamp, goal)))
         if is_first:
-            message = self._builder.initial(stamp, state.pose)
+            message = self._builder.stamped_pose(stamp, state.pose)
             self._initial_pose.publish(self._initial_pose.data_class(message))
 
     def _attempt(
-        self, monitor: EpisodeMonitor, on_second: Callable[[], None] | None
+        self,
+        monitor: TrialMonitor,
+        goal: NDArray[np.float64],
+        on_second: Callable[[], None] | None,
     ) -> Outcome | None:
         """Drive to one goal; return the outcome, None if the graph shuts down before."""
         outcome: Outcome | None = None
@@ -116,7 +136,7 @@ class RobotNode:
             self._readings = self._simulator.step(self._commanded_wheels())
             queue_readings(self._queue, self._readings)
             self._queue.flush()
-            outcome = monitor.update(_true_state(self._readings))
+            outcome = monitor.judge(_true_state(self._readings), self._has_arrived(goal))
             period = round(self._readings.stamp * _PERIODS_PER_SECOND)
             if on_second is not None and period % _PERIODS_PER_SECOND == 0:
                 on_second()

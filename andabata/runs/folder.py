@@ -13,6 +13,9 @@ from andabata.runs import atomic_io
 from andabata.runs.strict_json import dumps
 from traversability.dataset import config_hash
 
+LEDGER = "docs/results/ledger.jsonl"
+"""Ledger of the splits, from the repository's root; an entry in it is no change of the code."""
+
 _PACKAGES = ("andabata", "numpy", "scipy", "torch", "open3d", "pybullet", "scikit-learn", "numba")
 
 
@@ -69,7 +72,9 @@ def commit() -> str | None:
         return done.stdout.strip()
 
     try:
-        changed = "+" if git("status", "--porcelain", "--untracked-files=no") else ""
+        others = (".", f":(exclude){LEDGER}")
+        status = git("status", "--porcelain", "--untracked-files=no", "--", *others)
+        changed = "+" if status else ""
         return git("rev-parse", "HEAD")[:12] + changed
     except (OSError, subprocess.CalledProcessError):
         return None

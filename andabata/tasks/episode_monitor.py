@@ -10,6 +10,9 @@ from worlds.world import World
 
 __all__ = ["EpisodeMonitor", "Outcome", "TerminationConfig"]
 
+_BEFORE_ARRIVAL = (Ending.GOAL, Ending.COLLISION, Ending.TIPOVER)
+"""Endings that stand whatever a robot declares in the same step."""
+
 
 class EpisodeMonitor:
     """Watches the true state of one drive, never what the robot perceives.
@@ -59,8 +62,14 @@ class EpisodeMonitor:
         """Forget for how long the robot has stayed where it is."""
         self._terminations.begin(0, state.pose.position[:2], state.stamp)
 
-    def update(self, state: VehicleState) -> Outcome | None:
-        """Take in the true state after a control step; return the outcome, None before the end."""
+    def update(self, state: VehicleState, has_arrived: bool | None = None) -> Outcome | None:
+        """Take in the true state after a control step; return the outcome, None before the end.
+
+        Args:
+            state: True state.
+            has_arrived: True in the step in which the robot declares its goal reached, and False
+                before; None where the true state alone says when a goal is reached.
+        """
         position = state.pose.position[:2]
         moved = float(np.hypot(*(position - self.path[-1][:2])))
         step = state.stamp - self._began - self.time
@@ -76,15 +85,20 @@ class EpisodeMonitor:
         self.min_clearance = min(self.min_clearance, clearance)
         self.contact = state.contact
         self.path.append(state.pose.position.copy())
+        # A goal that the robot does not know to be reached is not reached.
+        is_waited_for = has_arrived is not None and not has_arrived
+        goal_distance = np.inf if is_waited_for else self.goal_distance(state)
         drives = Drives(
             positions=position[None],
-            goal_distances=np.array([self.goal_distance(state)]),
+            goal_distances=np.array([goal_distance]),
             collided=np.array([state.collided]),
             tipped=np.array([state.tipped]),
             stamps=np.array([state.stamp]),
             times=np.array([self.time]),
         )
         self.ending = Ending(int(self._terminations.endings(drives)[0]))
+        if has_arrived and self.ending not in _BEFORE_ARRIVAL:
+            self.ending = Ending.FALSE_ARRIVAL
         return self.ending.outcome
 
     def goal_distance(self, state: VehicleState) -> float:

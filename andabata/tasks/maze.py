@@ -1,7 +1,7 @@
 """Stage 1 for many robots at once: the maze's task on the batch simulator of terrain."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,21 +18,7 @@ from andabata.tasks.terrain_kernel import TerrainObstacles
 from rl.spaces import points_of
 from traversability.virtual_scan import VirtualScan
 from worlds.scenes import SceneCache
-from worlds.world import Geofence, Task, choose_task, jittered
-
-
-class _Placement(NamedTuple):
-    """Where robots are put down in a world.
-
-    The world itself is not kept: its true map takes 3 MB, and a batch sees a hundred worlds.
-
-    Attributes:
-        tasks: Tasks of the world.
-        geofence: Rectangle that robots must not leave [m].
-    """
-
-    tasks: tuple[Task, ...]
-    geofence: Geofence
+from worlds.world import Task, choose_task, jittered
 
 
 class MazeVectorEnv(PlanarVectorEnv):
@@ -70,7 +56,8 @@ class MazeVectorEnv(PlanarVectorEnv):
         spaces = config.observations, config.actions
         super().__init__(self._terrain, *spaces, config.terminations, num_envs, autoreset)
         self._scene_cache = scenes or SceneCache()
-        self._placements: list[_Placement] = []
+        # The worlds are not kept: a true map takes 3 MB, and a batch sees a hundred worlds.
+        self._tasks: list[tuple[Task, ...]] = []
         self._indices: dict[tuple[int, float | None], int] = {}
         self._planners: list[LocalPlanner] = []
         if config.heading == "subgoal":
@@ -157,15 +144,13 @@ class MazeVectorEnv(PlanarVectorEnv):
         world_seed = int(options.get("world_seed", rng.choice(config.seeds)))
         level = options.get("difficulty")
         index = self._index_of(world_seed, config.difficulty if level is None else level)
-        placement = self._placements[index]
-        task = choose_task(placement.tasks, options.get("task", rng))
+        task = choose_task(self._tasks[index], options.get("task", rng))
         start = jittered(task.start, rng, config.start_jitter, config.heading_jitter)
         self._terrain.place(k, index, start, rng.spawn(1)[0])
         self._goals[k] = task.goals[0]
         self._previous[k] = 0.0
         if self._planners:
             self._planners[k].reset()
-            self._planners[k].keep_inside(placement.geofence)
         return world_seed
 
     def _index_of(self, world_seed: int, difficulty: float | None) -> int:
@@ -178,7 +163,7 @@ class MazeVectorEnv(PlanarVectorEnv):
             raster = (truth.x_min, truth.y_min, truth.cell)
             obstacles = TerrainObstacles(scene.rays.layout, contact, raster)
             self._indices[key] = self._terrain.add_world(obstacles)
-            self._placements.append(_Placement(scene.world.tasks, scene.geofence))
+            self._tasks.append(scene.world.tasks)
         return self._indices[key]
 
 

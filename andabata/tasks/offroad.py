@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
@@ -27,7 +27,7 @@ from rl.spaces import (
     steering_points,
 )
 from worlds.scenes import SceneCache
-from worlds.splits import TRAINING_SEEDS, VALIDATION_SEEDS
+from worlds.splits import TRAINING_SEEDS, VALIDATION_SEEDS, refuse_judging
 from worlds.world import choose_task, jittered
 
 
@@ -67,6 +67,14 @@ class OffroadConfig(BaseModel):
     start_jitter: float = Field(default=0.2, ge=0, le=5)
     heading_jitter: float = Field(default=0.3, ge=0, le=np.pi)
     perception_decimation: int = Field(default=1, ge=1)
+
+    @field_validator("seeds")
+    @classmethod
+    def _check_seeds(cls, seeds: tuple[int, ...]) -> tuple[int, ...]:
+        """Refuse worlds that judge a release before anything is learned in them."""
+        for seed in seeds:
+            refuse_judging(seed)
+        return seeds
 
     @property
     def observations(self) -> ObservationSpec:

@@ -9,13 +9,19 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class Outcome(StrEnum):
-    """How a drive to one goal ended."""
+    """How a drive to one goal ended.
+
+    The last two are those of drives that end with the robot's own word: it declared a goal reached
+    that was too far away, or left the world.
+    """
 
     GOAL = "goal"
     COLLISION = "collision"
     TIPOVER = "tipover"
     STUCK = "stuck"
     TIMEOUT = "timeout"
+    FALSE_ARRIVAL = "false arrival"
+    LEFT_WORLD = "left world"
 
 
 class Ending(IntEnum):
@@ -27,6 +33,8 @@ class Ending(IntEnum):
     TIPOVER = 3
     STUCK = 4
     TIMEOUT = 5
+    FALSE_ARRIVAL = 6
+    LEFT_WORLD = 7
 
     @property
     def outcome(self) -> Outcome | None:

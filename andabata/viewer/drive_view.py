@@ -19,7 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.assembly.navigator import NavigatorConfig
+from andabata.localization.estimator_status import SIGMAS, EstimatorStatus
 from andabata.machine.clock import CONTROL_PERIOD
+from andabata.machine.pose import wrap
 from andabata.navigation.controller import Steering
 from andabata.navigation.hand_driving import BY_HAND, HandController, by_hand, led_by
 from andabata.navigation.navigator import Navigator, StepResult
@@ -260,7 +262,7 @@ class DriveView:
                 drawn = time.monotonic()
                 self._plots.draw()
                 if not self._ended:
-                    self._text.content = _text(frame)
+                    self._text.content = frame_text(frame)
 
     def _steer(self, name: str) -> None:
         """Let another controller take over before the next step."""
@@ -313,13 +315,30 @@ def _values(frame: DriveFrame) -> dict[str, float | None]:
     }
 
 
-def _text(frame: DriveFrame) -> str:
+def frame_text(frame: DriveFrame) -> str:
     """Return what the page says of a frame."""
-    lines = [f"**{frame.stamp:.1f} s**, estimate {frame.health}"]
+    lines = [f"**{frame.stamp:.1f} s**"]
     if frame.goal is not None:
         away = float(np.hypot(*(frame.goal - frame.pose.position[:2])))
-        lines.append(f"goal at {frame.goal[0]:.1f}, {frame.goal[1]:.1f} m: {away:.1f} m away")
+        there = ", declared reached" if frame.has_arrived else ""
+        lines.append(
+            f"goal at {frame.goal[0]:.1f}, {frame.goal[1]:.1f} m: {away:.1f} m away{there}"
+        )
+    if frame.status is not None:
+        lines += _estimate_lines(frame, frame.status)
+    return "  \n".join(lines)
+
+
+def _estimate_lines(frame: DriveFrame, status: EstimatorStatus) -> list[str]:
+    """Return what the page says of the estimate: health and causes, uncertainty, unused readings.
+
+    The true error stands beside the uncertainty where it is known.
+    """
+    sigma, yaw_sigma = SIGMAS * status.position_sigma, SIGMAS * np.rad2deg(status.yaw_sigma)
+    lines = [f"estimate **{status.health}**", *status.causes]
+    lines.append(f"{SIGMAS:.0f} sigma: {sigma:.2f} m, {yaw_sigma:.1f} degrees")
     if frame.is_true:
         error = float(np.hypot(*(frame.estimate.position - frame.pose.position)[:2]))
-        lines.append(f"estimate off by {error:.2f} m")
-    return "  \n".join(lines)
+        turn = np.rad2deg(abs(wrap(frame.estimate.yaw - frame.pose.yaw)))
+        lines.append(f"estimate off by {error:.2f} m, {turn:.1f} degrees")
+    return [*lines, *(f"not used: {text}" for text in status.unused_in_words)]

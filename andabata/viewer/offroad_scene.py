@@ -10,6 +10,7 @@ from andabata.assembly.navigator import NavigatorConfig
 from andabata.report.drive_frames import DriveFrame
 from andabata.viewer.cell_drawing import CellDrawing, MapDrawing
 from andabata.viewer.cloud_drawing import CloudDrawing
+from andabata.viewer.estimate_drawing import EstimateDrawing
 from andabata.viewer.robot_drawing import RobotDrawing
 from andabata.viewer.way_drawing import WalkerDrawing, WayDrawing
 from andabata.viewer.world_drawing import WorldDrawing
@@ -68,6 +69,7 @@ class OffroadScene:
                 f"{ROOT}/plane", width=200.0, height=200.0, cell_size=1.0, section_size=10.0
             )
         self._robot = RobotDrawing(scene, ROOT, _ODOM, config.robot, turns)
+        self._estimate = EstimateDrawing(scene, ROOT, config.robot, ground)
         self.cloud = CloudDrawing(scene, _ODOM, most_points)
         self._cells = CellDrawing(scene, ROOT, config.grid, ground)
         self._map = MapDrawing(scene, ROOT, ground)
@@ -92,7 +94,7 @@ class OffroadScene:
             "cells": self._cells.show_cells,
             "ranges": self._cells.show_ranges,
             "plan": self._way.show_plan,
-            "estimate": self._robot.show_estimate,
+            "estimate": self._estimate.show,
             "objects": lambda on: None if self._world is None else self._world.show_objects(on),
         }
         shows[layer](visible)
@@ -110,6 +112,7 @@ class OffroadScene:
                 self._root.position = -frame.pose.position
             self._place_odom(frame)
             self._robot.draw(frame)
+            self._estimate.draw(frame)
             self.cloud.draw(frame)
             self._cells.draw(frame)
             self._draw_map(frame)

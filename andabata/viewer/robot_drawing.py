@@ -1,4 +1,4 @@
-"""Drawing of a robot: body, wheels and laser, its sweep, and the estimated pose beside the true."""
+"""Drawing of a robot: body, wheels and laser, and its sweep."""
 
 from typing import TYPE_CHECKING
 
@@ -13,16 +13,10 @@ if TYPE_CHECKING:
     import viser
 
 _BODY, _TYRE, _HUB, _LASER = (45, 50, 60), (25, 25, 28), (200, 200, 205), (235, 120, 30)
-_BEAM, _ESTIMATE = (255, 200, 0), (0, 120, 255)
+_BEAM = (255, 200, 0)
 
 _BEAMS = 48
 """Number of beams of the sweep that are drawn."""
-
-_SIGMAS = 2.0
-"""Size of the ellipse of the estimate, in standard deviations."""
-
-_ELLIPSE = 32
-"""Number of segments of the ellipse."""
 
 _UPRIGHT = (0.7071068, 0.7071068, 0.0, 0.0)
 """Quaternion w, x, y, z that lays a cylinder's axis along y."""
@@ -34,7 +28,7 @@ def quaternion_wxyz(pose: Pose) -> NDArray[np.float64]:
 
 
 class RobotDrawing:
-    """Body with turning wheels and laser, the beams of the moment, and the estimated pose."""
+    """Body with turning wheels and laser, and the beams of the moment."""
 
     def __init__(
         self, scene: "viser.SceneApi", root: str, odom: str, robot: RobotModel, turns: bool
@@ -61,19 +55,12 @@ class RobotDrawing:
         self._sweep = scene.add_line_segments(
             f"{odom}/sweep", none, _BEAM, thickness=0.006, visible=False
         )
-        none = np.zeros((_ELLIPSE + 10, 2, 3), dtype=np.float32)
-        name = f"{root}/estimate"
-        self._estimate = scene.add_line_segments(name, none, _ESTIMATE, thickness=0.015)
         self._shows_sweep = True
 
     def show_sweep(self, visible: bool) -> None:
         """Show or hide the beams of the moment."""
         self._shows_sweep = visible
         self._sweep.visible = visible
-
-    def show_estimate(self, visible: bool) -> None:
-        """Show or hide the estimated pose."""
-        self._estimate.visible = visible
 
     def draw(self, frame: DriveFrame) -> None:
         """Move the robot to a frame."""
@@ -86,7 +73,6 @@ class RobotDrawing:
         self._sweep.visible = beams is not None
         if beams is not None:
             self._sweep.points = beams
-        self._estimate.points = estimate_lines(frame, self._robot)
 
     def _turn_wheels(self, frame: DriveFrame) -> None:
         """Turn the wheels by what they have rolled since the last frame."""
@@ -190,37 +176,3 @@ class RobotDrawing:
 def _about_z(angle: float) -> tuple[float, float, float, float]:
     """Return the quaternion w, x, y, z of a turn about z [rad]."""
     return float(np.cos(angle / 2)), 0.0, 0.0, float(np.sin(angle / 2))
-
-
-def estimate_lines(frame: DriveFrame, robot: RobotModel) -> NDArray[np.float32]:
-    """Return the outline of the estimated body and the ellipse of its place, in the map.
-
-    The ellipse holds two standard deviations, and two lines ahead as many of the heading.
-
-    Args:
-        frame: Frame.
-        robot: Body.
-
-    Returns:
-        Segments [m], float32, shape (n, 2, 3).
-    """
-    pose, half = frame.estimate, (robot.length / 2, robot.width / 2)
-    corners = np.array([[x, y] for x, y in ((1, 1), (-1, 1), (-1, -1), (1, -1))]) * half
-    c, s = np.cos(pose.yaw), np.sin(pose.yaw)
-    placed = pose.position[:2] + corners @ np.array([[c, s], [-s, c]])
-    low = np.column_stack([placed, np.full(4, pose.position[2] + 0.1)])
-    high = low + np.array([0.0, 0.0, 0.35])
-    lines = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in (low, high)]
-    covariance = np.zeros((3, 3)) if frame.covariance is None else frame.covariance
-    angles = np.linspace(0, 2 * np.pi, _ELLIPSE + 1)
-    values, axes = np.linalg.eigh(covariance[:2, :2])
-    circle = np.stack([np.cos(angles), np.sin(angles)]) * np.sqrt(values.clip(0.0))[:, None]
-    rim = pose.position[:2] + _SIGMAS * (axes @ circle).T
-    rim = np.column_stack([rim, np.full(len(rim), pose.position[2] + 0.12)])
-    lines.append(np.stack([rim[:-1], rim[1:]], axis=1))
-    spread = _SIGMAS * float(np.sqrt(max(covariance[2, 2], 0.0)))
-    eye = pose.position + np.array([0.0, 0.0, 0.3])
-    for angle in (pose.yaw - spread, pose.yaw + spread):
-        ahead = eye + 1.2 * np.array([np.cos(angle), np.sin(angle), 0.0])
-        lines.append(np.stack([eye, ahead])[None])
-    return np.concatenate(lines).astype(np.float32)

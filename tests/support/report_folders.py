@@ -8,7 +8,9 @@ from PIL import Image
 from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.settings import resolve
+from andabata.evaluation.drive_trace import TRACE_COLUMNS
 from andabata.evaluation.offroad import EvaluationConfig, attempt_of
+from andabata.evaluation.offroad_pairs import controller_differences
 from andabata.evaluation.offroad_table import failure_causes, summarise
 from andabata.report.run_folders import EVALUATION
 from andabata.runs.folder import describe
@@ -47,8 +49,11 @@ def written_drive(folder, controller="planner", seconds=16.0, outcome="timeout")
     folder.mkdir()
     times = np.arange(0, seconds, 0.1)
     path = np.stack([0.3 * times, 0.01 * times**2, 0 * times], axis=1)
-    columns = ["time_s", "x_m", "y_m", "yaw_rad", "yaw_rate_rad_s", "speed_m_s", "pose_error_m"]
-    rows = [[t, 0.3 * t, 0.01 * t * t, 0.1 * t, 0.1, 0.3, 0.05] for t in times[::5].tolist()]
+    rows = [
+        [t, 0.3 * t, 0.01 * t * t, 0.1 * t, 0.1, 0.3, 0.05, 0.2, 0.01, 0.02, float(t > 8), t]
+        for t in times[::5].tolist()
+    ]
+    columns = [*TRACE_COLUMNS, "unused compass: beyond the gate"]
     attempt = {"goal": 1, "outcome": outcome, "contact": "", "time_s": seconds, "distance_m": 3.6}
     attempt |= {"shortest_m": 9.0, "spl": 0.0, "trespass_m": 0.5, "min_clearance_m": 0.4}
     data = {"controller": controller, "world": "maze", "world_seed": 7, "goals": [[9.0, 1.0]]}
@@ -88,6 +93,7 @@ def written_evaluation(folder, controllers=("planner", "reactive"), picture=(640
             Image.effect_noise(picture, 90).save(folder / f"failures/{name}.png")
     driven = [attempt_of(row) for row in rows]
     data = {"rows": summarise(driven, controllers), "failures": failure_causes(driven), "seed": 0}
+    data["differences"] = controller_differences(driven, controllers)
     data["config"] = config.model_dump(mode="json")
     (folder / EVALUATION).write_text(json.dumps(data, sort_keys=True))
     about = describe("evaluate", data["config"], 0) | {"task": "offroad"}

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from andabata.localization.estimator_status import EstimatorStatus
 from andabata.localization.localizer import Health
 from andabata.machine.pose import Pose, PoseTrack
 from andabata.machine.robot import RobotModel
@@ -123,9 +124,16 @@ class StubLocalizer:
         self.pose = pose or pose_at()
         self.odometry = odometry or self.pose
         self.health = Health.OK
+        self.causes, self.unused = (), {}
         self.track = PoseTrack()
         self.readings = []
         self.resets = []
+
+    @property
+    def status(self):
+        """Status with the health and causes that are set."""
+        covariance = np.diag([0.09, 0.04, 0.01, 0.0, 0.0, 0.01])
+        return EstimatorStatus(self.health, self.causes, covariance, {}, self.unused)
 
     def reset(self, pose, stamp, rough=False):
         """Note the call."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from worlds.paths import cost_to_go, shortest_path
+from worlds.paths import shortest_path
 
 CELL = 0.1
 
@@ -91,42 +91,3 @@ def test_a_start_inside_of_an_obstacle_has_no_path():
     inside, outside = np.array([100.0, 100.0]), np.array([250.0, 250.0])
     assert shortest_path(clearance_of(free), CELL, inside, outside, 0.5) is None
     assert shortest_path(clearance_of(free), CELL, outside, inside, 0.5) is None
-
-
-def at(costs, factor, x, y):
-    """Return the cost of the node at cell coordinates."""
-    return costs[int(x / factor), int(y / factor)]
-
-
-def test_the_cost_to_go_on_an_empty_map_is_the_distance_on_eight_neighbours():
-    """Along an axis and along a diagonal it is the Euclidean distance, nowhere less."""
-    costs, factor = cost_to_go(OPEN, CELL, np.array([151.0, 151.0]), 0.5, 1.0)
-    assert at(costs, factor, 151, 151) == 0.0
-    assert at(costs, factor, 271, 151) == pytest.approx(12.0)
-    assert at(costs, factor, 151, 31) == pytest.approx(12.0)
-    assert at(costs, factor, 31, 271) == pytest.approx(12.0 * np.sqrt(2))
-    assert at(costs, factor, 271, 211) == pytest.approx(6 + 6 * np.sqrt(2))
-
-
-def test_a_metre_with_little_clearance_costs_more():
-    """The weight is per metre of missing clearance; a tight place costs 50 more."""
-    goal = np.array([151.0, 151.0])
-    for clearance, minimum, weight, expected in (
-        (0.6, 0.5, 0.0, 1.0),
-        (0.6, 0.5, 2.0, 1.8),
-        (0.6, 0.7, 2.0, 51.8),
-        (2.0, 0.5, 2.0, 1.0),
-    ):
-        field = np.full((300, 300), clearance, dtype=np.float32)
-        costs, factor = cost_to_go(field, CELL, goal, minimum, weight)
-        assert at(costs, factor, 181, 151) == pytest.approx(3.0 * expected)
-
-
-def test_behind_a_closed_wall_the_cost_is_infinite():
-    """There is no path through a wall without a gap, nor to a goal inside of an obstacle."""
-    clearance = clearance_of(wall_with_gaps())
-    costs, factor = cost_to_go(clearance, CELL, np.array([50.0, 50.0]), 0.5, 1.0)
-    assert np.isfinite(at(costs, factor, 100, 250))
-    assert np.isinf(at(costs, factor, 250, 50))
-    blocked = np.zeros((300, 300), dtype=np.float32)
-    assert np.isinf(cost_to_go(blocked, CELL, np.array([50.0, 50.0]), 0.5, 1.0)[0]).all()

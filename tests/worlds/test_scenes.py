@@ -1,14 +1,9 @@
-"""Scenes: made once, dropped in order of use, with a geofence inside of the border."""
+"""Scenes: made once, dropped in order of use."""
 
 import pytest
 
 from worlds import scenes as scenes_module
 from worlds.scenes import SceneCache
-
-
-def test_the_geofence_is_a_metre_inside_of_the_border(make_scene):
-    """A rectangle around the origin, x before y."""
-    assert make_scene(size=20.0).geofence == pytest.approx((-9.0, -9.0, 9.0, 9.0))
 
 
 @pytest.fixture

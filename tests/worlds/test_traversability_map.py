@@ -3,7 +3,6 @@
 import itertools
 
 import numpy as np
-import pytest
 from scipy.ndimage import map_coordinates
 
 from terrain.classes import SemanticClass
@@ -58,35 +57,6 @@ def test_the_shortest_path_keeps_its_clearance_and_goes_round():
     for a, b in itertools.pairwise(path):
         line = a + np.linspace(0, 1, 50)[:, None] * (b - a)
         assert truth.clearance_at(line[:, 0], line[:, 1]).min() > 0.3
-
-
-def wall_with_gap(width):
-    """Return a wall along y, 12 m long, with a gap [m] in the middle."""
-    half = np.arange(width / 2 + 0.2, 6.0, 0.2)
-    return tuple(
-        frustum(SemanticClass.WALL, (0, y, 0), (0.2, 0.2), 2.0) for y in [*-half[::-1], *half]
-    )
-
-
-def test_the_cost_to_go_on_open_ground_is_the_distance():
-    """Without obstacles the cost-to-go is the distance."""
-    truth = truth_of(np.zeros((101, 101)))
-    at = truth.cost_to_go(np.array([5.0, 0.0]), 0.45, 1.0)
-    assert at(np.array(-3.0), np.array(0.0)) == pytest.approx(8.0, abs=0.4)
-
-
-def test_the_cost_to_go_avoids_a_gap_that_is_too_narrow():
-    """The cheapest path leads around a wall with a narrow gap; inside the gap it is finite."""
-    narrow = truth_of(np.zeros((101, 101)), wall_with_gap(0.7))
-    wide = truth_of(np.zeros((101, 101)), wall_with_gap(2.0))
-    here, goal = (np.array(-2.0), np.array(0.0)), np.array([2.0, 0.0])
-    through = wide.cost_to_go(goal, 0.45, 0.0)(*here)
-    round_the_end = narrow.cost_to_go(goal, 0.45, 0.0)(*here)
-    assert through == pytest.approx(4.0, abs=0.5)
-    shortest = 2 * np.hypot(2, 6.6)
-    assert shortest < round_the_end < 1.2 * shortest  # Eight directions cost up to 8 % more.
-    inside = narrow.cost_to_go(goal, 0.45, 0.0)(np.array(0.0), np.array(0.0))
-    assert np.isfinite(inside)
 
 
 def test_one_place_alone_is_as_many_places_together():

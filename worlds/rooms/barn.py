@@ -20,6 +20,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from worlds.rooms.room import Room, RoomPlan, RoomTask
+from worlds.splits import refuse_judging
 from worlds.world import Start
 
 RADIUS = 0.075
@@ -110,8 +111,10 @@ def barn_world(seed: int, config: BarnFieldConfig = PUBLISHED) -> BarnWorld:
         config: Rules.
 
     Raises:
+        JudgingSeedError: If the seed judges a release.
         ValueError: If no field can be passed as the rules ask.
     """
+    refuse_judging(seed)
     cells, ways = _field(seed, config)
     return BarnWorld(
         Room(f"{_kind(config)}-{seed}", HALF, np.zeros((0, 4)), _circles(cells), (TASK,)),

@@ -25,6 +25,7 @@ from worlds.rooms.clutter import random_cluttered_room
 from worlds.rooms.files import is_room_file, load_room
 from worlds.rooms.random_rooms import random_walled_room
 from worlds.rooms.room import Room, RoomPlan
+from worlds.splits import refuse_judging
 
 _PLANS = "plans"
 
@@ -79,6 +80,7 @@ def make_room(name: str) -> Room:
     Raises:
         UnknownRoomError: If there is no room of that name, or no such file.
         RoomFileError: If the file is no room.
+        JudgingSeedError: If the seed of a random room judges a release.
     """
     if not is_room_file(name):
         return _made(name)
@@ -93,5 +95,7 @@ def _made(name: str) -> Room:
     """Return a room that is in no file."""
     kind, _, number = name.rpartition("-")
     if kind in _RANDOM and number.isdecimal():
-        return _RANDOM[kind](int(number))
+        seed = int(number)
+        refuse_judging(seed)
+        return _RANDOM[kind](seed)
     return Room.of(name, room_plan(name))

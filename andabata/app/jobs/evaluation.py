@@ -8,9 +8,12 @@ from typing import Any
 from pydantic import BaseModel
 
 from andabata.app.console import Console
+from andabata.app.options.release import ReleaseOptions
+from andabata.configuration.usage import UsageError
 from andabata.engine import Engine
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.comparison import Comparison, run_comparison
+from andabata.evaluation.ledger import JudgingRun
 from andabata.report.run_folders import EVALUATION
 from andabata.runs import atomic_io
 from andabata.runs.folder import describe, make_folder, write_json
@@ -33,6 +36,7 @@ class Evaluation:
         tabulate: Function that gives the tables.
         about: Entries of ``run.json`` beside the settings, ready for JSON.
         files: Bytes of files that the folder keeps beside the result, by their paths in it.
+        judging: Place in the ledger of a table that judges a release, None for one that develops.
     """
 
     verb: str
@@ -42,6 +46,28 @@ class Evaluation:
     tabulate: Tabulate
     about: Mapping[str, Any]
     files: Mapping[str, bytes] = field(default_factory=dict)
+    judging: JudgingRun | None = None
+
+
+def judged(options: ReleaseOptions, table: str, seeds: str, has_folder: bool) -> JudgingRun | None:
+    """Return the place of an evaluation in the ledger, None for one that develops.
+
+    Args:
+        options: Release and ledger.
+        table: Name of the table.
+        seeds: Judging seeds, in words.
+        has_folder: True if the run has a folder.
+
+    Raises:
+        UsageError: If there is a release and no folder, or the code is of no commit.
+        LedgerError: If there is no ledger.
+    """
+    if options.named() is not None and not has_folder:
+        raise UsageError(
+            "--release: expected --out beside it, got none; name a folder: a run that is "
+            "interrupted has to go on there"
+        )
+    return options.run(table, seeds)
 
 
 def run_evaluation(
@@ -58,8 +84,11 @@ def run_evaluation(
 
     Raises:
         ValueError: If the journal is that of another evaluation, or a drive is refused.
+        LedgerError: If the table has judged this release already.
     """
     made, comparison = make_folder(folder) if folder else None, evaluation.comparison
+    # In the ledger before the first drive: what was looked at cannot be looked at afresh.
+    judging = None if evaluation.judging is None else evaluation.judging.begin(made)
     with console.progress(comparison.unit, len(comparison.cells())) as step:
         attempts = run_comparison(
             comparison,
@@ -69,6 +98,9 @@ def run_evaluation(
         )
     data = evaluation.tabulate(attempts, engine)
     data |= {"config": evaluation.config.model_dump(mode="json"), "seed": evaluation.seed}
+    if judging is not None:
+        data["ledger"] = judging.finish().model_dump(mode="json")
+        console.status(f"ledger: {judging.ledger} has this table now; commit it")
     if made:
         _write(evaluation, made, data)
     return data

@@ -3,20 +3,25 @@
 from collections.abc import Sequence
 from typing import Any
 
-from andabata.app.jobs.evaluation import Evaluation
+from andabata.app.jobs.evaluation import Evaluation, judged
 from andabata.app.options.evaluation import (
     EvaluationModelOptions,
     OffroadEvaluationOptions,
     TrialOptions,
 )
+from andabata.app.options.release import ReleaseOptions, refuse_beside_release
 from andabata.app.options.shared import RobotOptions
 from andabata.app.run_kinds import OFFROAD, EvaluationRequest
 from andabata.engine import Engine
 from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
+from andabata.evaluation.offroad_pairs import controller_differences
 from andabata.evaluation.offroad_table import failure_causes, summarise
 from andabata.evaluation.perturbation import perturbation_rows
 from andabata.evaluation.trial import OffroadAttempt
 from andabata.report.plots.drives import failure_picture
+
+_CHOSEN = ("seed", "world", "suite", "goals", "perturb")
+"""Options that a release chooses."""
 
 
 def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
@@ -28,15 +33,26 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
     Raises:
         UsageError: If a value of an option is none.
     """
-    given = request.given
+    given, options = request.given, request.given(ReleaseOptions)
+    release = options.named()
+    refuse_beside_release(release, request.typed, *_CHOSEN)
     robot, driven = given(RobotOptions).base(), given(TrialOptions)
-    base = given(OffroadEvaluationOptions).base(robot, request.seed, driven)
+    base = given(OffroadEvaluationOptions).base(robot, request.seed, driven, release)
     config = request.settings.resolve(EvaluationConfig, base)
     models, reality = given(EvaluationModelOptions).load(), config.simulated_robot.reality.name
 
     def tabulate(attempts: Sequence[OffroadAttempt], _: Engine) -> dict[str, Any]:
         rows = summarise(attempts, [arm.name for arm in config.arms])
-        data = {"rows": rows, "failures": failure_causes(attempts), "reality": reality}
+        data: dict[str, Any] = {
+            "rows": rows,
+            "failures": failure_causes(attempts),
+            "reality": reality,
+            "differences": controller_differences(attempts, config.controllers),
+            "success_within": {
+                "radius_m": config.terminations.goal_radius,
+                "tolerance_m": config.tolerance,
+            },
+        }
         if config.perturb:
             data["perturbations"] = perturbation_rows(attempts, config.arms)
         return data
@@ -44,4 +60,7 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
     draw = failure_picture if request.has_folder else None
     comparison = OffroadComparison.of(config, models, draw)
     about = {"task": OFFROAD, "reality": reality}
-    return Evaluation("evaluate", config, request.seed, comparison, tabulate, about)
+    known = config.scenarios
+    seeds = f"{config.world} {known[0].seed} to {known[-1].seed}"
+    judging = judged(options, "evaluate off-road", seeds, request.has_folder)
+    return Evaluation("evaluate", config, config.seed, comparison, tabulate, about, judging=judging)

@@ -1,12 +1,15 @@
 """Evaluation in rooms, and the study of a laser, as commands run them."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from andabata.app.jobs.evaluation import Evaluation
+from andabata.app.jobs.evaluation import Evaluation, judged
 from andabata.app.options.evaluation import RoomEvaluationOptions, RoomPolicyOptions
+from andabata.app.options.release import ReleaseOptions, refuse_beside_release
 from andabata.app.run_kinds import EvaluationRequest
 from andabata.engine import Engine
+from andabata.evaluation.judging import JUDGED_LAWS
 from andabata.evaluation.lidar_study import LidarStudyConfig, tabulate_study
 from andabata.evaluation.room_drives import RoomAttempt
 from andabata.evaluation.rooms import RoomComparison, RoomEvaluationConfig, tabulate
@@ -24,9 +27,17 @@ def room_evaluation(request: EvaluationRequest) -> Evaluation:
         UsageError: If a value of an option is none.
         ValueError: If a policy cannot drive in rooms.
     """
-    base = request.given(RoomEvaluationOptions).base(request.task, request.seed)
+    options = request.given(ReleaseOptions)
+    release = options.named()
+    refuse_beside_release(release, request.typed, "seed", "rooms")
+    base = request.given(RoomEvaluationOptions).base(request.task, request.seed, release)
     config = request.settings.resolve(RoomEvaluationConfig, base)
-    return policy_evaluation(config, request.given(RoomPolicyOptions).load_policies(config.task))
+    policies = request.given(RoomPolicyOptions).load_policies(
+        config.task, () if release is None else JUDGED_LAWS
+    )
+    seeds = f"starts and goals of seed {config.seed}, {config.pairs} in each room"
+    judging = judged(options, f"evaluate {config.task.task}", seeds, request.has_folder)
+    return replace(policy_evaluation(config, policies), judging=judging)
 
 
 def policy_evaluation(config: RoomEvaluationConfig, policies: Mapping[str, Policy]) -> Evaluation:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from andabata.app.options.models import ClassifierOptions
+from andabata.app.options.shared import RealityLevel, RobotOptions
 from andabata.configuration.usage import UsageError
 from worlds.splits import EVALUATIONS
 
@@ -28,6 +29,11 @@ _BOTH = "Off-road and fields of cylinders"
 _OFFROAD_CONTROLLERS, _OFFROAD_TRIALS = "policy+planner,reactive", 20
 """Defaults of ``--controllers`` and ``--trials`` off-road."""
 
+_PAIRS = 100
+"""Default of ``--pairs``."""
+
+_PAIRS_HELP = "Number of random starts and goals in each room; 0 takes its fixed tasks."
+
 Rooms = Annotated[
     str | None,
     typer.Option(
@@ -42,7 +48,7 @@ Pairs = Annotated[
     int,
     typer.Option(
         min=0,
-        help="Number of random starts and goals in each room; 0 takes its fixed tasks.",
+        help=_PAIRS_HELP,
         rich_help_panel=_ROOMS,
     ),
 ]
@@ -90,6 +96,13 @@ class TrialOptions:
 
 
 @dataclass(frozen=True)
+class JudgedRobotOptions(RobotOptions):
+    """Simulated robot that is judged off-road: ``--sensor``, ``--robot``, ``--reality``."""
+
+    reality: RealityLevel = "field"
+
+
+@dataclass(frozen=True)
 class OffroadEvaluationOptions:
     """Off-road evaluation: ``--world``, ``--goals``, ``--suite``, ``--perturb``."""
 
@@ -120,9 +133,20 @@ class OffroadEvaluationOptions:
     ] = None
 
     def base(
-        self, robot: "SimulatedRobotConfig", seed: int, driven: TrialOptions
+        self,
+        robot: "SimulatedRobotConfig",
+        seed: int,
+        driven: TrialOptions,
+        release: str | None = None,
     ) -> "EvaluationConfig":
         """Return the evaluation of a robot.
+
+        Args:
+            robot: Robot.
+            seed: Seed of an evaluation that develops.
+            driven: Controllers and trials.
+            release: Release that is judged on its own seeds, with its own trials and beside null
+                controllers; None to develop.
 
         Raises:
             UnknownWorldError: If there is no such world.
@@ -131,6 +155,13 @@ class OffroadEvaluationOptions:
         from andabata.app.options.disturbances import read_disturbances
         from andabata.assembly.controllers import CONTROLLERS
         from andabata.configuration.usage import words
+        from andabata.evaluation.judging import (
+            JUDGED_BESIDE,
+            JUDGED_REALITY,
+            judged_trials,
+            judging_seed,
+            with_those,
+        )
         from andabata.evaluation.offroad import EvaluationConfig
         from worlds.catalogue import UnknownWorldError, preset_names
         from worlds.world_files import SUFFIX, is_world_file
@@ -140,17 +171,25 @@ class OffroadEvaluationOptions:
             raise UnknownWorldError(
                 f"--world: expected one of {known} or a {SUFFIX} file, got {self.world!r}"
             )
+        text = _OFFROAD_CONTROLLERS if driven.controllers is None else driven.controllers
+        controllers = words(text, CONTROLLERS, "--controllers")
+        trials = _OFFROAD_TRIALS if driven.trials is None else driven.trials
+        if release is not None:
+            controllers = with_those(controllers, JUDGED_BESIDE)
+            trials = judged_trials(release, driven.trials, "--trials")
+            if robot.reality.name != JUDGED_REALITY:
+                raise UsageError(
+                    f"--reality: expected {JUDGED_REALITY} beside --release, got "
+                    f"{robot.reality.name}; leave it out, or develop without --release"
+                )
         return EvaluationConfig(
             suite=self.suite,
             world=self.world,
-            controllers=words(
-                _OFFROAD_CONTROLLERS if driven.controllers is None else driven.controllers,
-                CONTROLLERS,
-                "--controllers",
-            ),
-            trials=_OFFROAD_TRIALS if driven.trials is None else driven.trials,
+            controllers=controllers,
+            trials=trials,
             goals=self.goals,
-            seed=seed,
+            seed=seed if release is None else judging_seed(release),
+            release=release,
             simulated_robot=robot,
             perturb=read_disturbances(self.perturb, robot.reality),
         )
@@ -179,18 +218,37 @@ class RoomEvaluationOptions:
             rich_help_panel=_ROOMS,
         ),
     ] = "both"
-    pairs: Pairs = 100
+    pairs: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            help=f"{_PAIRS_HELP} {_PAIRS} by default.",
+            rich_help_panel=_ROOMS,
+        ),
+    ] = None
 
-    def base(self, task: str, seed: int) -> "RoomEvaluationConfig":
+    def base(self, task: str, seed: int, release: str | None = None) -> "RoomEvaluationConfig":
         """Return the evaluation of a task in rooms.
 
+        Args:
+            task: Name of the task.
+            seed: Seed of starts and goals that develop.
+            release: Release that is judged in the task's rooms, on starts and goals of its own;
+                None to develop.
+
         Raises:
-            UsageError: If there is no such room, laser or memory.
+            UsageError: If there is no such room, laser or memory, or too few pairs judge.
         """
         from andabata.app.options.room_words import lidar_words, memory_words, room_words
+        from andabata.evaluation.judging import judged_trials, judging_seed
         from andabata.evaluation.rooms import RoomEvaluationConfig, judged_task
 
-        data: dict[str, Any] = {"task": judged_task(task), "pairs": self.pairs, "seed": seed}
+        data: dict[str, Any] = {"task": judged_task(task), "release": release}
+        data["pairs"] = _PAIRS if self.pairs is None else self.pairs
+        data["seed"] = seed
+        if release is not None:
+            data["pairs"] = judged_trials(release, self.pairs, "--pairs")
+            data["seed"] = judging_seed(release)
         data["memories"] = memory_words(self.memory)
         if self.rooms is not None:
             data["rooms"] = room_words(self.rooms, task)
@@ -303,8 +361,14 @@ class RoomPolicyOptions:
 
     policy: Policies = None
 
-    def load_policies(self, task: "RoomTaskConfig") -> "dict[str, Policy]":
+    def load_policies(
+        self, task: "RoomTaskConfig", beside: Sequence[str] = ()
+    ) -> "dict[str, Policy]":
         """Return the policies by name, the shipped one of the task by default.
+
+        Args:
+            task: Task that they drive.
+            beside: Names of policies that stand beside those that were asked for.
 
         Raises:
             UsageError: If one is given twice.
@@ -313,7 +377,8 @@ class RoomPolicyOptions:
         """
         from andabata.app.options.room_words import load_policies
 
-        return load_policies(self.policy or ["shipped"], task)
+        asked = self.policy or ["shipped"]
+        return load_policies([*asked, *(name for name in beside if name not in asked)], task)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 import typer
 
 from terrain.compilation import on_first_compilation
-from worlds.splits import EVALUATIONS
+from worlds.splits import EVALUATIONS, refuse_judging
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -28,13 +28,30 @@ _SETTINGS = "Settings"
 _RUN = "Seed and processes"
 _OUTPUT = "Output"
 
-Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.", rich_help_panel=_RUN)]
+
+def _seed(seed: int) -> int:
+    """Return a seed that judges no release."""
+    refuse_judging(seed)
+    return seed
+
+
+def _evaluation_seed(seed: int) -> int:
+    """Return a seed that has evaluation worlds."""
+    if _seed(seed) >= EVALUATIONS:
+        raise typer.BadParameter(f"{seed} is not in the range 0<=x<={EVALUATIONS - 1}.")
+    return seed
+
+
+Seed = Annotated[
+    int,
+    typer.Option(min=0, callback=_seed, help="Seed of everything random.", rich_help_panel=_RUN),
+]
 EvaluationSeed = Annotated[
     int,
     typer.Option(
         min=0,
-        max=EVALUATIONS - 1,
-        help="Seed of everything random, and of the worlds.",
+        callback=_evaluation_seed,
+        help=f"Seed of everything random, and of the worlds, up to {EVALUATIONS - 1}.",
         rich_help_panel=_RUN,
     ),
 ]

@@ -5,8 +5,9 @@ from typing import Annotated, cast, get_args
 
 import typer
 
-from andabata.app.command import command
+from andabata.app.command import command, typed_options
 from andabata.app.options.models import ForestOptions
+from andabata.app.options.release import ReleaseOptions, refuse_beside_release
 from andabata.app.options.shared import (
     ConsoleOptions,
     EvaluationSeed,
@@ -123,6 +124,7 @@ def perception(
 @command
 def fields(
     *,
+    context: typer.Context,
     count: Annotated[
         int, typer.Option(min=4, help="Number of fields, and of cases of free ground.")
     ] = 200,
@@ -130,9 +132,8 @@ def fields(
         Path | None, typer.Option(help="Picture of one case of each kind to write, PNG.")
     ] = None,
     forest: ForestOptions,
-    seed: Annotated[
-        int, typer.Option(min=0, help="Seed of the suite: 0 judges a release, others develop.")
-    ] = 1,
+    judging: ReleaseOptions,
+    seed: Seed = 1,
     workers: Workers = 2,
     output: ConsoleOptions,
 ) -> None:
@@ -140,7 +141,8 @@ def fields(
 
     Fields are 0.2 to 1.2 m high, of three densities, with abrupt and gradual edges, gaps, trunks
     and slopes. Free ground is level, without any noise, or has grass, litter, undulations or a
-    path with verges. Lasers and their heights are drawn.
+    path with verges. Lasers and their heights are drawn. All seeds develop; with --release a suite
+    of its own judges, once for each release.
 
     Examples:
         andabata bench fields
@@ -150,18 +152,30 @@ def fields(
     """
     from andabata.app.console import table_of
     from andabata.bench.fields import evaluate_fields, field_examples, field_table
+    from andabata.evaluation.judging import judged_trials, judging_seed
     from andabata.report.plots.axes import png
     from andabata.report.plots.perception import fields_figure
     from andabata.runs import atomic_io
 
+    release = judging.named()
+    refuse_beside_release(release, typed_options(context), "seed", "picture")
+    if release is not None:
+        judged_trials(release, count, "--count")
+        seed = judging_seed(release)
+    run = judging.run("bench fields", f"suite {seed}, {count} fields")
     console, loaded = output.console(), forest.load()
+    if run is not None:
+        run = run.begin()
     with console.progress("clouds", 2 * count) as step:
-        rows = evaluate_fields(loaded.to_bytes(), count, seed, workers, step)
+        rows = evaluate_fields(loaded.to_bytes(), count, seed, workers, step, release)
     if picture is not None:
         examples = field_examples(loaded.to_bytes(), count, seed)
         atomic_io.write(picture, png(fields_figure(examples, loaded.grid)))
     title = f"{count} fields and as many clouds of free ground, seed {seed}"
-    console.result({"rows": rows, "seed": seed}, table_of(field_table(rows), title))
+    data = {"rows": rows, "seed": seed}
+    if run is not None:
+        data["ledger"] = run.finish().model_dump(mode="json")
+    console.result(data, table_of(field_table(rows), title))
 
 
 @app.command()

@@ -166,6 +166,20 @@ class CostMap:
             *(self.clearance, self.traversed_clearance),
         )
 
+    def take(self, log_odds: NDArray[np.float32], clearance: NDArray[np.float32]) -> None:
+        """Take clearances that are known, and compute costs.
+
+        Args:
+            log_odds: Occupancy in the square's own order, float32, shape (n, n).
+            clearance: Distance from the nearest obstacle [m], float32, shape (n, n).
+        """
+        # In cells, as ``update`` has it: what is rounded must not count as near.
+        far = np.float32(self.weights.inflation_radius / self._cell)
+        self.clearance[:] = np.minimum(clearance / np.float32(self._cell), far)
+        self.traversed_clearance[:] = self.clearance
+        is_near = np.ones(len(clearance), dtype=np.bool_)
+        _price(log_odds, self.clearance, is_near, self._cell, self.weights, self.costs)
+
 
 @kernel
 def _unwrap(

@@ -94,20 +94,64 @@ class GridPlanner:
                 around, float32, shape (n, n, 2). Clearances are then the distances from these
                 places; None takes the middles of cells and the chamfer transform.
         """
-        n, cell = len(self.costs), self._cell
         # What a metre costs where.
         self._map.update(log_odds, centre, bounds, hits)
-        # What the rest of the way costs from where.
-        self.corner = np.asarray((centre - n / 2) * cell, dtype=np.float64)
-        self.goal = np.asarray(goal, dtype=np.float64)
-        start = (position - self.corner) / cell
-        first = self.search.first
-        first[:] = [int(min(max(value, 0.0), n - 1.0)) for value in start.tolist()]
-        last = np.floor((goal - self.corner) / cell + _GOAL_SHIFT).astype(np.int64)
-        search(self.search, last, self._margin)
+        corner = np.asarray((centre - len(self.costs) / 2) * self._cell, dtype=np.float64)
+        return self._head_for(corner, position, goal)
+
+    def plan_known(
+        self,
+        log_odds: NDArray[np.float32],
+        clearance: NDArray[np.float32],
+        corner: NDArray[np.float64],
+        position: NDArray[np.float64],
+        goal: NDArray[np.float64],
+    ) -> NDArray[np.float64] | None:
+        """Return the sub-goal over ground whose clearances are known, like ``plan``.
+
+        Args:
+            log_odds: Occupancy in the square's own order, float32, shape (n, n).
+            clearance: Distance from the nearest obstacle [m], float32, shape (n, n).
+            corner: Place of the first cell's corner [m], shape (2,).
+            position: Position of the robot [m], shape (2,).
+            goal: Goal [m], shape (2,).
+        """
+        self._map.take(log_odds, clearance)
+        return self._head_for(np.array(corner, dtype=np.float64), position, goal)
+
+    def subgoal(self, position: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """Return the sub-goal of a place by the last plan [m], like ``plan``.
+
+        Args:
+            position: Place to which the last search came [m], shape (2,).
+        """
+        cell, costs, first = self._cell, self.costs, self._cell_within(position)
+        start, last = (position - self.corner) / cell, self._last_cell()
         # The farthest place of that way that is as good to head for in a straight line.
-        place = _subgoal(self.costs, self.cost_to_go, start, first, last, self._lookahead)
+        place = _subgoal(costs, self.cost_to_go, start, first, last, self._lookahead)
         return None if place is None else self.corner + np.array(place) * cell
+
+    def _head_for(
+        self,
+        corner: NDArray[np.float64],
+        position: NDArray[np.float64],
+        goal: NDArray[np.float64],
+    ) -> NDArray[np.float64] | None:
+        """Search the way to a goal and return the sub-goal."""
+        self.corner, self.goal = corner, np.asarray(goal, dtype=np.float64)
+        # What the rest of the way costs from where.
+        self.search.first[:] = self._cell_within(position)
+        search(self.search, self._last_cell(), self._margin)
+        return self.subgoal(position)
+
+    def _cell_within(self, position: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the cell of a place, the nearest of the square for places beyond it."""
+        most, start = len(self.costs) - 1.0, (position - self.corner) / self._cell
+        return np.array([int(min(max(value, 0.0), most)) for value in start.tolist()])
+
+    def _last_cell(self) -> NDArray[np.int64]:
+        """Return the cell of the goal, which may lie beyond the square."""
+        return np.floor((self.goal - self.corner) / self._cell + _GOAL_SHIFT).astype(np.int64)
 
     def way(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the places of the last plan's path, from a place on, in ``odom`` [m].
@@ -120,8 +164,7 @@ class GridPlanner:
             empty before the first plan, and where its search has not been.
         """
         start = np.floor((position - self.corner) / self._cell).astype(np.int64)
-        last = np.floor((self.goal - self.corner) / self._cell + _GOAL_SHIFT).astype(np.int64)
-        n = len(self.costs)
+        last, n = self._last_cell(), len(self.costs)
         if (start < 0).any() or (start >= n).any():
             return np.empty((0, 2))
         # Before the first plan, too, so that a robot can have it compiled before it drives.

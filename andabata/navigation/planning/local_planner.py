@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.kinematics import Twist
 from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
+from andabata.navigation.arrival import ARRIVAL_DISTANCE
 from andabata.navigation.controller import ControllerInput
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from andabata.navigation.planning.cost_map import CostConfig, CostWeights, Passage
@@ -94,6 +95,7 @@ class LocalPlanner:
         config: LocalPlannerConfig | None = None,
         robot: RobotModel | None = None,
         rollouts: TrajectoryRolloutsConfig | None = None,
+        goal_radius: float = ARRIVAL_DISTANCE,
     ) -> None:
         """Begin with an empty grid.
 
@@ -102,13 +104,16 @@ class LocalPlanner:
             config: Settings, counted in scans.
             robot: Body, speed and limits.
             rollouts: Settings of the rollouts that check commands; None lets them pass.
+            goal_radius: Distance from the goal at which the robot stops [m].
         """
         self.config = config or LocalPlannerConfig()
         self._grid = grid
         robot = robot or RobotModel()
         occupancy = self.config.occupancy
         self.occupancy = OccupancyGrid(grid, occupancy, robot.width)
-        self._rollouts = None if rollouts is None else TrajectoryRollouts(robot, rollouts)
+        self._rollouts = None
+        if rollouts is not None:
+            self._rollouts = TrajectoryRollouts(robot, rollouts, goal_radius)
         self.plan = GridPlanner(
             occupancy.cells,
             occupancy.cell,

@@ -18,7 +18,8 @@ class OccupancyGridConfig(BaseModel):
         blocked_gain: Share of its way that a blocked polar cell right ahead moves the log odds.
         free_gain: Share that a free one moves them the other way.
         unknown_gain: Log odds that an empty polar cell adds, with nothing in front of it that could
-            hide it: an edge behind which the ground falls away shows no more.
+            hide it: an edge behind which the ground falls away shows no more. Two seconds are
+            enough for an obstacle, so that a robot at 0.6 m/s still stops before it.
         unknown_range: Range beyond which empty polar cells do not count [m].
         blocked_range: Range beyond which blocked polar cells do not count where ground cells are
             classified [m]: they are a metre long and wide, and ground cells show what stands where
@@ -41,7 +42,7 @@ class OccupancyGridConfig(BaseModel):
     certain_free: float = Field(default=2.0, gt=0)
     blocked_gain: float = Field(default=0.4, gt=0, le=1)
     free_gain: float = Field(default=0.05, gt=0, le=1)
-    unknown_gain: float = Field(default=0.1, ge=0)
+    unknown_gain: float = Field(default=0.3, ge=0)
     unknown_range: float = Field(default=4.0, ge=0)
     blocked_range: float = Field(default=5.0, ge=0)
     range_scale: float = Field(default=3.0, gt=0)

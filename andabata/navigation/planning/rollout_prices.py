@@ -15,9 +15,6 @@ from terrain.kernel import kernel
 STEP = 0.2
 """Time between the points of an arc [s]."""
 
-ARRIVED = 0.8
-"""Distance from the goal at which a rollout ends [m]."""
-
 _MARGIN = 8.0
 """Cost above the robot's up to which the way on is looked up [m]."""
 
@@ -75,6 +72,7 @@ class PlannedGround(NamedTuple):
         cell: Edge of a cell [m].
         goal_x: Goal in the square [cells].
         goal_y: Goal in the square [cells].
+        goal_radius: Distance from the goal at which a rollout ends [cells].
     """
 
     costs: NDArray[np.float32]
@@ -84,6 +82,7 @@ class PlannedGround(NamedTuple):
     cell: float
     goal_x: float
     goal_y: float
+    goal_radius: float
 
 
 class BodyCircles(NamedTuple):
@@ -202,14 +201,14 @@ def _drive(
 ) -> _Arc:
     """Return the end of an arc of some yaw rate, backwards where the stride is negative."""
     x, y, yaw = place
-    cell, arrived = ground.cell, ARRIVED / ground.cell
+    cell = ground.cell
     driven = missing = 0.0
     is_goal = False
     for _ in range(motion.points):
         middle = yaw + rate * motion.time / 2
         x, y = x + stride * np.cos(middle) / cell, y + stride * np.sin(middle) / cell
         yaw += rate * motion.time
-        is_goal = np.hypot(x - ground.goal_x, y - ground.goal_y) < arrived
+        is_goal = np.hypot(x - ground.goal_x, y - ground.goal_y) < ground.goal_radius
         if is_goal:
             break
         driven += motion.stride * _rate_at(ground.costs, body.cost_share, x, y)
@@ -300,7 +299,8 @@ def _cheapest_follower(
     length = motion.stride * points
     # What a way costs at the least, but for the rest; less where it may end at the goal.
     least = price + length - _ROUNDING
-    if np.hypot(place.x - ground.goal_x, place.y - ground.goal_y) * cell < length + ARRIVED:
+    away = np.hypot(place.x - ground.goal_x, place.y - ground.goal_y)
+    if (away - ground.goal_radius) * cell < length:
         least = -np.inf
     cheapest = enough
     c, s = np.cos(place.yaw), np.sin(place.yaw)
@@ -323,7 +323,7 @@ def _cheapest_follower(
         for t in range(points):
             a, b = followers[k, t, 0] / cell, followers[k, t, 1] / cell
             x, y = place.x + c * a - s * b, place.y + s * a + c * b
-            if np.hypot(x - ground.goal_x, y - ground.goal_y) < ARRIVED / cell:
+            if np.hypot(x - ground.goal_x, y - ground.goal_y) < ground.goal_radius:
                 there = True
                 break
             more += motion.stride * _rate_at(ground.costs, body.cost_share, x, y)

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.clock import CONTROL_PERIOD
 from andabata.machine.kinematics import Twist, executed_twist
 from andabata.machine.robot import RobotModel
+from andabata.navigation.arrival import ARRIVAL_DISTANCE
 from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.rollout_prices import (
     STEP,
@@ -98,14 +99,20 @@ class SpeedLimit(NamedTuple):
 class TrajectoryRollouts:
     """Selects the first move of the cheapest rollout over a plan."""
 
-    def __init__(self, robot: RobotModel, config: TrajectoryRolloutsConfig) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        config: TrajectoryRolloutsConfig,
+        goal_radius: float = ARRIVAL_DISTANCE,
+    ) -> None:
         """Prepare for a body.
 
         Args:
             robot: Size, speed and steering limit.
             config: Settings.
+            goal_radius: Distance from the goal at which the robot stops, and rollouts end [m].
         """
-        self.config = config
+        self.config, self._goal_radius = config, goal_radius
         self._robot = robot
         limit, arcs = robot.max_steering, config.arcs
         turns = np.arange(1, config.turns + 1) * np.pi / config.turns
@@ -194,7 +201,7 @@ class TrajectoryRollouts:
         goal_x, goal_y = ((plan.goal - plan.corner) / cell).tolist()
         ground = PlannedGround(
             *(plan.costs, plan.clearance, plan.traversed_clearance, plan.search),
-            *(cell, goal_x, goal_y),
+            *(cell, goal_x, goal_y, self._goal_radius / cell),
         )
         # Backing out takes two stops, and a turn that is still to come.
         stop, turn = self.config.stop_cost, np.pi * self._body.turn_cost

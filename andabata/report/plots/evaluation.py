@@ -23,6 +23,8 @@ ENDS: Mapping[str, tuple[str, str]] = {
     "tipover": ("v", "#8a5cc4"),
     "timeout": ("^", "#e08a1e"),
     "stuck": ("s", "#8c6d46"),
+    "false arrival": ("D", "#4a6fa5"),
+    "left world": ("*", "#444444"),
 }
 """Marker and colour of each end of a drive."""
 

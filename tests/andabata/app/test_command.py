@@ -6,7 +6,14 @@ from typing import Annotated
 import pytest
 import typer
 
-from andabata.app.command import Given, OptionGroups, command, examples, help_text
+from andabata.app.command import (
+    Given,
+    OptionGroups,
+    command,
+    examples,
+    help_text,
+    typed_options,
+)
 
 Number = Annotated[int, typer.Option("--number", help="A number.")]
 
@@ -125,3 +132,16 @@ def test_help_without_examples_has_none():
     """A docstring without a block of examples is shown as it is."""
     assert help_text("Act.") == "Act."
     assert examples("Act.") == []
+
+
+def test_options_that_were_typed_are_told_from_defaults():
+    """Also one that is typed with its default."""
+    found = []
+
+    def act(*, context: typer.Context, group: Numbers) -> None:
+        found.append(typed_options(context))
+
+    run(act)
+    run(act, "--number", "1")
+    run(act, "--word", "b", "--number", "5")
+    assert found == [frozenset(), {"number"}, {"number", "word"}]

@@ -44,3 +44,25 @@ def test_without_disturbances_there_are_the_tables_of_worlds_alone():
     text = printed({"rows": DATA["rows"][:4]})
     assert "without any" not in text
     assert "reached" in text
+
+
+def test_controllers_stand_in_pairs_with_the_first():
+    """Success in points, SPL and seconds with their intervals, in 80 columns; none is empty."""
+    row = {"controller": "random+planner", "against": "policy+planner", "trials": 200}
+    row |= {"mcnemar_p": 0.0312, "both": 187}
+    for name, value in (("difference", -0.04), ("spl_difference", 0.012)):
+        row |= {name: value, f"{name}_low": value - 0.03, f"{name}_high": value + 0.03}
+    time = {f"time_difference_s{end}": 104.6 for end in ("", "_low", "_high")}
+    none = dict.fromkeys(time)
+    text = printed(
+        {"rows": DATA["rows"][:4], "differences": [row | time, row | none | {"both": 0}]}
+    )
+    title, *lines = text[text.index("in pairs with") :].splitlines()
+    assert title.rstrip().startswith("in pairs with policy+planner, 200 trials each")
+    first, second = (line.split() for line in lines if "random+planner" in line)
+    assert " ".join(first) == (
+        "random+planner -4 [-7, -1] 0.03 +0.01 [-0.02, +0.04] +105 [+105, +105]"
+    )
+    assert " ".join(second).startswith("random+planner -4 [-7, -1] 0.03 +0.01 [-0.02, +0.04]")
+    assert "105" not in " ".join(second)
+    assert max(len(line.rstrip()) for line in text.splitlines()) <= 80

@@ -11,11 +11,11 @@ from andabata.app.command import Given
 from andabata.app.options.evaluation import (
     BarnEvaluationOptions,
     EvaluationModelOptions,
+    JudgedRobotOptions,
     OffroadEvaluationOptions,
     RoomEvaluationOptions,
     TrialOptions,
 )
-from andabata.app.options.shared import RobotOptions
 from andabata.app.run_kinds import (
     RUN_KINDS,
     RunKind,
@@ -78,7 +78,7 @@ def test_rows_have_the_columns_that_a_terminal_has_room_for():
 def given(*changed):
     """Return the groups of options of ``evaluate``, some of them changed."""
     kinds = {type(each): each for each in changed}
-    groups = (*option_groups("evaluate"), RobotOptions, EvaluationModelOptions)
+    groups = (*option_groups("evaluate"), JudgedRobotOptions, EvaluationModelOptions)
     return Given(*(kinds.get(group, group()) for group in groups))
 
 
@@ -92,7 +92,7 @@ def given(*changed):
             "--task offroad; leave it out or give --task offroad",
         ),
         ("td3", TrialOptions(trials=3), "--trials: .*or give --task offroad$"),
-        ("spn", RobotOptions(robot="husky"), "--robot: .*or give --task offroad$"),
+        ("spn", JudgedRobotOptions(robot="husky"), "--robot: .*or give --task offroad$"),
         (
             "barn",
             EvaluationModelOptions(ground_classifier="x", policy=["a"]),

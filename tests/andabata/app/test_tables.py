@@ -1,5 +1,7 @@
 """Results as text: known answers."""
 
+import math
+
 from andabata.app.console import Console
 from andabata.app.tables import (
     drive_text,
@@ -68,6 +70,26 @@ def test_a_drive_has_a_line_for_each_goal():
     ]
 
 
+def test_a_drive_says_how_far_its_own_estimate_was_off():
+    """In metres and degrees; why it was not ok, and which readings were not used, on own lines."""
+    estimate = {"position_error_m": 0.5, "position_rms_m": 0.4, "position_max_m": 1.2}
+    estimate |= {"heading_error_rad": math.radians(2), "heading_rms_rad": math.radians(3)}
+    estimate |= {"inside_2_sigma": 0.9, "health_s": {"ok": 12.0}, "causes_s": {}, "unused": {}}
+    lines = drive_text("title", {"attempts": [], "estimate": estimate}).splitlines()
+    assert lines[1:] == [
+        "own estimate: 0.50 m off at the end (rms 0.40 m, at most 1.20 m), heading 2.0 degrees "
+        "(rms 3.0); inside its own 2-sigma ellipse 90 % of the time (86 % expected)"
+    ]
+    estimate["health_s"] = {"ok": 12.0, "degraded": 3.1}
+    estimate["causes_s"] = {"gnss: not accepted": 3.1}
+    estimate["unused"] = {"gnss": {"beyond the gate": 4, "a negative variance": 1}}
+    lines = drive_text("title", {"attempts": [], "estimate": estimate}).splitlines()
+    assert lines[2:] == [
+        "health: ok 12.0 s, degraded 3.1 s; gnss: not accepted (3.1 s)",
+        "not used: gnss: 4 beyond the gate, 1 a negative variance",
+    ]
+
+
 def test_each_world_of_an_evaluation_has_its_table(capsys):
     """Rows stand under their world, with shares in per cent and 80 columns at most."""
     row = {
@@ -92,6 +114,25 @@ def test_each_world_of_an_evaluation_has_its_table(capsys):
     assert lines[4] == "maze"
     assert lines[7].split() == [*numbers, "-"]
     assert max(map(len, lines)) <= 80
+
+
+def test_the_strict_verdict_and_the_robots_word_have_a_table_of_their_own(capsys):
+    """Under the first one, with the radius and the tolerance below all; 80 columns at most."""
+    row = {
+        **{"controller": "random+planner", "world": "hill", "goal": 1, "trials": 200},
+        **{"successes": 170, "wilson_low": 0.79, "wilson_high": 0.9, "spl": 0.2},
+        **{"collisions": 20, "tipovers": 1, "timeouts": 3, "stuck": 2, "trespass_share": 0.01},
+        **{"strict_successes": 151, "false_arrivals": 4, "left_world": 0},
+        **{"arrival_error_m": 0.723, "position_error_m": None},
+    }
+    within = {"radius_m": 1.0, "tolerance_m": 0.998}
+    lines = printed(capsys, evaluation_tables({"rows": [row], "success_within": within}))
+    assert lines[4] == "hill. strict verdict, and the robot's own word"
+    assert lines[7].split() == ["random+planner", "1", "151/200", "4", "0", "0.72", "m", "-"]
+    assert "within 1.0 m + 1.00 m" in " ".join(lines[8:])
+    assert max(map(len, lines)) <= 80
+    old = printed(capsys, evaluation_tables({"rows": [row]}))
+    assert len(old) == 4
 
 
 def test_collisions_that_walkers_caused_stand_apart(capsys):

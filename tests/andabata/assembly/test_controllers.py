@@ -5,7 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from andabata.assembly.controllers import CONTROLLERS, MAPLESS_CONTROLLERS, make_steering
+from andabata.assembly.controllers import (
+    CONTROLLERS,
+    MAPLESS_CONTROLLERS,
+    driven_robot,
+    make_steering,
+)
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.robot import RobotModel
 from andabata.models import Models, shipped_policy
@@ -31,7 +36,7 @@ KINDS = {
     "straight": (StraightController, False, 1),
     "random+planner": (RandomController, True, 5),
     "away+planner": (AwayController, True, 5),
-    "oracle": (OracleController, False, 3),
+    "oracle": (OracleController, False, 5),
 }
 """Controller, presence of a planner and action repeat of each name."""
 
@@ -104,3 +109,14 @@ def test_noise_comes_from_the_given_source():
         for rng in (np.random.default_rng(3), np.random.default_rng(3), None, None)
     ]
     assert rates[0] == rates[1] != rates[2] == rates[3]
+
+
+def test_the_oracle_alone_drives_a_robot_that_knows_its_pose():
+    """Without any error; a filter that is lost would stop the upper bound."""
+    for name in MAPLESS_CONTROLLERS:
+        assert driven_robot(name, CONFIG) is CONFIG
+    robot = driven_robot("oracle", CONFIG)
+    assert robot.localizer == "truth"
+    sigmas = robot.errors.position_sigma, robot.errors.yaw_sigma, robot.errors.tilt_sigma
+    assert sigmas == (0.0, 0.0, 0.0)
+    assert (robot.robot, robot.rollouts) == (CONFIG.robot, CONFIG.rollouts)

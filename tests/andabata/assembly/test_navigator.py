@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from andabata.assembly.controllers import make_steering
-from andabata.assembly.navigator import make_localizer, make_navigator, make_perception
+from andabata.assembly.navigator import (
+    NavigatorConfig,
+    make_localizer,
+    make_navigator,
+    make_perception,
+)
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthLocalizer
 from andabata.localization.ukf_localizer import UkfLocalizer
@@ -14,6 +19,7 @@ from andabata.machine.kinematics import Twist
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
+from andabata.navigation.arrival import ArrivalConfig
 from andabata.navigation.controller import Steering
 from andabata.navigation.perception import CloudPerception, HorizontalPerception
 from tests.support.situations import StubController, pose_at
@@ -91,3 +97,28 @@ def test_without_steering_a_learner_drives(rng):
     parts = make_navigator(FLAT, None, None, rng)
     with pytest.raises(ValueError, match="controller: expected one"):
         parts.navigator.step(SensorReadings(0.1, true_track=np.empty((0, 8))))
+
+
+def test_geofence_and_rules_of_arrival_are_settings(rng):
+    """A navigator has those of its settings; none and the defaults without any."""
+    fence = (-1.0, -2.0, 3.0, 4.0)
+    settings = {"geofence": fence, "arrival": ArrivalConfig(distance=7.0)}
+    navigator = make_navigator(FLAT.model_copy(update=settings), None, None, rng).navigator
+    assert navigator.geofence == fence
+    assert make_navigator(FLAT, None, None, rng).navigator.geofence is None
+    controller = StubController(Twist(0.3, 0.0))
+    for config, has_arrived in ((FLAT, False), (FLAT.model_copy(update=settings), True)):
+        parts = make_navigator(config, None, Steering(controller), rng)
+        parts.navigator.reset(pose_at(), 0.0)
+        parts.navigator.set_goal(np.array([5.0, 0.0]))
+        row = np.array([[0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
+        ranges = np.full(32, 3.0, dtype=np.float32)
+        readings = SensorReadings(0.1, horizontal=ranges, true_track=row)
+        assert parts.navigator.step(readings).has_arrived is has_arrived
+
+
+@pytest.mark.parametrize("fence", [(3.0, 0.0, 1.0, 4.0), (0.0, 4.0, 1.0, 4.0)])
+def test_a_geofence_that_holds_no_place_is_refused(fence):
+    """The error gives the order of the numbers, what came, and what to do."""
+    with pytest.raises(ValueError, match="geofence: expected x_min, y_min, x_max, y_max"):
+        NavigatorConfig(geofence=fence)

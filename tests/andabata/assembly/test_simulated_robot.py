@@ -124,8 +124,8 @@ def test_rays_of_limited_range_hit_what_endless_ones_hit(scenes):
         assert (kinds[~inside] == NO_CLASS).all()
 
 
-def test_a_robot_is_placed_with_its_goal_and_the_scenes_geofence(make_robot):
-    """With the true pose the navigator starts where the robot stands, heading for the goal."""
+def test_a_robot_is_placed_with_its_goal_and_knows_no_border(make_robot):
+    """The navigator starts at the true pose, heading for the goal; the world's end is not said."""
     controller = StubController(Twist(0.3, 0.2))
     robot = make_robot(steering=Steering(controller))
     readings = robot.place(Start(1.0, 2.0, 0.5), GOAL, np.random.default_rng(0))
@@ -137,8 +137,7 @@ def test_a_robot_is_placed_with_its_goal_and_the_scenes_geofence(make_robot):
     robot.step(readings)
     (*_, given) = controller.situations
     np.testing.assert_array_equal(given.goal, GOAL)
-    assert given.geofence == robot.scene.geofence
-    assert robot.navigator.geofence is not None or robot.scene.geofence is None
+    assert given.geofence is None
 
 
 def test_a_step_drives_the_navigators_wheel_speeds(make_robot):

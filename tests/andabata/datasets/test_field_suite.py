@@ -7,6 +7,7 @@ import pytest
 
 from andabata.datasets.field_suite import FIELD, FREE_KINDS, field_cases, field_cloud
 from andabata.machine.lidar_models import sensor_names
+from worlds.splits import JudgingSeedError, judging_world
 
 
 def test_the_suite_has_as_many_fields_as_cases_of_free_ground():
@@ -45,3 +46,21 @@ def test_free_ground_has_no_blocked_point(kind):
         assert np.quantile(np.abs(cloud.points[:, 2]), 0.99) < 1e-4
     if kind in ("grass", "undulation"):
         assert cloud.points[:, 2].std() > 0.005
+
+
+def test_a_suite_that_judges_is_for_its_release():
+    """Without it, none of its cases is drawn."""
+    seed = judging_world("0.2.0", 0)
+    for release in (None, "0.2.1"):
+        with pytest.raises(JudgingSeedError, match=r"which judges 0\.2\.0"):
+            next(field_cases(1, seed, release))
+
+
+def test_a_release_has_its_suite(monkeypatch):
+    """With its name the cases are those of the seed."""
+    monkeypatch.setattr("worlds.splits.JUDGING_START", 1)
+    judged = list(field_cases(2, 1, "0.0.0"))
+    with pytest.raises(JudgingSeedError):
+        next(field_cases(2, 1))
+    monkeypatch.undo()
+    assert judged == list(field_cases(2, 1))

@@ -13,7 +13,9 @@ from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.drive import Driven, Recording, drive_once
+from andabata.evaluation.strict_verdict import StrictMeasures
 from andabata.evaluation.trial import OffroadMeasures
+from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.simulator import SensingConfig
 from andabata.tasks.episode_monitor import Outcome
@@ -37,6 +39,20 @@ def test_the_seed_gives_the_drive():
     np.testing.assert_array_equal(first.path, again.path)
     assert not np.array_equal(first.path[0], other.path[0])
     assert first.cloud is None
+
+
+def test_estimate_and_truth_are_compared_at_the_same_time():
+    """An estimate that is the truth has no error, although the robot moves on."""
+    exact = NoisyGroundTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
+    config = CONFIG.model_copy(update={"errors": exact})
+    driven = drive_once("maze", 0, "straight", config, time_limit=3.0)
+    assert driven.path[0] != pytest.approx(driven.path[-1])
+    assert driven.estimate["position_max_m"] == 0.0
+    assert driven.estimate["heading_rms_rad"] == 0.0
+    assert driven.estimate["health_s"] == {"ok": 3.0}
+    errors = [row[driven.trace["columns"].index("pose_error_m")] for row in driven.trace["rows"]]
+    assert not any(errors)
+    assert driven.as_dict()["estimate"] == driven.estimate
 
 
 def test_the_time_limit_is_that_of_each_goal():
@@ -82,6 +98,9 @@ def attempt(goal, outcome):
         steering_variation=0.5,
         energy=None,
         min_clearance=0.75,
+        arrival_error=0.5,
+        position_error=0.25,
+        strict=StrictMeasures(0.1, None),
     )
     path = np.array([[goal, 0.0, 0.0], [goal, 1.23456, 0.0]])
     return Attempt("policy", "made", 0, outcome, Contact.NONE, 10.0, 4.0, 2.0, measures, path)
@@ -116,6 +135,12 @@ def test_a_drive_succeeds_with_its_last_goal(make_ground, outcomes, success):
         "spl": 0.5 if outcomes[0] is Outcome.GOAL else 0.0,
         "trespass_m": 0.25,
         "min_clearance_m": 0.75,
+        "arrival_error_m": 0.5,
+        "position_error_m": 0.25,
+        "strict": outcomes[0] is Outcome.GOAL,
+        "strict_failure": "",
+        "outline_forbidden_s": 0.1,
+        "solid_distance_m": None,
     }
     assert data["path"][:2] == [[1.0, 0.0, 0.0], [1.0, 1.235, 0.0]]
     assert len(data["path"]) == 2 * len(outcomes)

@@ -40,6 +40,8 @@ def hazardous_world():
         (-4.0, 0.0, Outcome.STUCK, "free ground"),
         (0.4, 0.0, Outcome.GOAL, ""),
         (0.0, -9.9, Outcome.COLLISION, "border"),
+        (0.0, -9.9, Outcome.LEFT_WORLD, "border"),
+        (0.4, 0.0, Outcome.FALSE_ARRIVAL, "own estimate"),
         (9.9, 0.0, Outcome.TIMEOUT, "border"),
         (9.9, 0.0, Outcome.GOAL, ""),
         (0.99, 0.0, Outcome.COLLISION, "low rock"),

@@ -23,6 +23,7 @@ from andabata.evaluation.scenarios import Scenario
 from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models, shipped_policy
+from andabata.navigation.arrival import ArrivalConfig
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.tasks.terminations import Outcome
 from worlds.splits import evaluation_world
@@ -138,10 +139,18 @@ def test_failures_come_with_what_the_robot_saw():
     assert failure.walkers.size == 0
     distance = np.hypot(*(failure.goal - failure.pose.position[:2]))
     assert distance > 5.0
-    reached = small(terminations=TerminationConfig(goal_radius=500.0))
-    ends = [each.outcome for each in drive_trial(reached, Models(), 1, failures.append)]
+    robot = small().simulated_robot.model_copy(update={"arrival": ArrivalConfig(distance=500.0)})
+    near = small(terminations=TerminationConfig(goal_radius=500.0), simulated_robot=robot)
+    ends = [each.outcome for each in drive_trial(near, Models(), 1, failures.append)]
     assert ends == [Outcome.GOAL]
     assert len(failures) == 1
+
+
+def test_a_worse_receiver_is_no_excuse():
+    """All arms are judged with the tolerance of the robot without disturbances."""
+    plain = small(simulated_robot=SimulatedRobotConfig())
+    assert plain.tolerance == pytest.approx(0.25 * 2**0.5)
+    assert small(perturb={"gnss_drift": 5.0}).tolerance == small().tolerance
 
 
 def test_a_failure_among_walkers_comes_with_where_they_went():
@@ -218,6 +227,10 @@ def test_attempts_go_through_their_rows():
     row = attempt_row(attempt) | {"goal_xy": None}
     old = {name: value for name, value in row.items() if name not in ("contact", "goal_xy")}
     assert attempt_of(old).contact is Contact.NONE
+    new = ("arrival_error_m", "position_error_m", "strict", "strict_failure")
+    new += ("outline_forbidden_s", "solid_distance_m")
+    detail = attempt_of({name: value for name, value in old.items() if name not in new}).detail
+    assert (detail.arrival_error, detail.position_error, detail.strict) == (None, None, None)
 
 
 def test_a_shortest_path_gives_its_spl_to_the_bit():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from andabata.evaluation.offroad_table import failure_causes, summarise
+from andabata.evaluation.offroad_table import failure_causes, success_text, summarise
 from tests.support.offroad_attempts import attempt
 
 CONTROLLERS = ("straight",)
@@ -83,3 +83,43 @@ def test_the_table_adds_up_what_was_driven():
     assert (one["mean_time_s"], one["distance_m"], one["trespass_m"]) == (15.0, 2.5, 0.75)
     assert one["trespass_share"] == pytest.approx(1.5 / 5.0)
     assert (one["stuck"], one["successes"], one["trials"]) == (1, 1, 2)
+
+
+def strictly(number, goal, outcome="goal", forbidden=0.0, distance=None):
+    """Return an attempt with a strict verdict."""
+    return attempt(number, goal, outcome, outline_forbidden_s=forbidden, solid_distance_m=distance)
+
+
+def test_strict_successes_are_goals_in_a_row_with_a_clean_outline():
+    """An outline that was not clean counts for this goal and those after it."""
+    rows = [
+        *(strictly(0, 1), strictly(0, 2), strictly(0, 3)),
+        *(strictly(1, 1), strictly(1, 2, forbidden=0.6), strictly(1, 3)),
+        *(strictly(2, 1, distance=0.04), strictly(2, 2), strictly(2, 3)),
+        strictly(3, 1, "timeout"),
+    ]
+    found = {row["goal"]: row for row in summarise(rows, CONTROLLERS)}
+    assert [found[goal]["successes"] for goal in (1, 2, 3, "all")] == [3, 3, 3, 3]
+    assert [found[goal]["strict_successes"] for goal in (1, 2, 3, "all")] == [2, 1, 1, 1]
+    # One attempt of an earlier version: nothing is known of the strict verdict.
+    old = summarise([*rows, attempt(4, 1, "goal")], CONTROLLERS)
+    assert {row["strict_successes"] for row in old} == {None}
+
+
+def test_false_arrivals_and_robots_that_left_have_columns():
+    """They are counted by outcome; errors are means over the attempts that have them."""
+    rows = [
+        attempt(0, 1, "false arrival", arrival_error_m=3.0, position_error_m=2.5),
+        attempt(1, 1, "left world", position_error_m=0.5),
+        attempt(2, 1, "goal", arrival_error_m=1.0, position_error_m=0.3),
+    ]
+    row = summarise(rows, CONTROLLERS)[0]
+    assert (row["false_arrivals"], row["left_world"], row["successes"]) == (1, 1, 1)
+    assert row["arrival_error_m"] == pytest.approx(2.0)
+    assert row["position_error_m"] == pytest.approx(1.1)
+
+
+def test_what_counts_as_success_is_said_in_words():
+    """Radius and tolerance, both with their units."""
+    text = success_text({"radius_m": 1.0, "tolerance_m": 0.354})
+    assert "within 1.0 m + 0.35 m" in text

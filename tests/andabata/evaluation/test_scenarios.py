@@ -4,7 +4,7 @@ import pytest
 
 from andabata.evaluation.scenarios import Scenario, scenarios
 from worlds.catalogue import preset_names
-from worlds.splits import EVALUATION_START, evaluation_world
+from worlds.splits import EVALUATION_START, evaluation_world, judging_world
 
 
 def test_the_suite_is_wide_and_unseen():
@@ -51,3 +51,9 @@ def test_the_walkers_of_the_development_worlds_are_a_suite():
     found, bare = (scenarios(name, "maze", 3, 0) for name in ("walkers", "development"))
     assert {scenario.world for scenario in found} == {"natural-walkers"}
     assert [one.seed for one in found] == [one.seed for one in bare]
+
+
+def test_a_release_is_judged_in_worlds_of_its_own():
+    """Trial k has its judging world k, whatever the seed."""
+    found = scenarios(None, "maze", 3, 5, "0.2.0")
+    assert found == tuple(Scenario("maze", judging_world("0.2.0", k)) for k in range(3))

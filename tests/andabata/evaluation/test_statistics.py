@@ -8,6 +8,7 @@ from andabata.evaluation.statistics import (
     clustered_mean,
     group_difference,
     mcnemar,
+    paired_bootstrap,
     paired_difference,
     wilson_interval,
 )
@@ -200,3 +201,26 @@ def test_trials_of_a_task_are_no_tasks_for_mcnemar():
     assert mcnemar(np.tile(first, (5, 1)), np.tile(second, (3, 1))) == mcnemar(first, second)
     with pytest.raises(ValueError, match="expected the same tasks"):
         mcnemar(first, second[:, 1:])
+
+
+def test_the_paired_bootstrap_resamples_tasks():
+    """The interval is that of the mean over tasks; equal gains have none, pairs take out the rest.
+
+    For many tasks it is the one of the normal distribution.
+    """
+    rng = np.random.default_rng(1)
+    first = rng.normal(0.0, 30.0, (1, 400))
+    gains = rng.normal(2.0, 1.0, (1, 400))
+    found = paired_bootstrap(first, first + gains, np.random.default_rng(0))
+    assert found.mean == pytest.approx(gains.mean())
+    reach = 1.96 * gains.std() / 20
+    assert found.high - found.mean == pytest.approx(reach, rel=0.1)
+    assert found.mean - found.low == pytest.approx(reach, rel=0.1)
+    alike = paired_bootstrap(first, first + 2.0, np.random.default_rng(0))
+    assert (alike.low, alike.high) == pytest.approx((2.0, 2.0))
+    narrow = paired_bootstrap(first, first + gains, np.random.default_rng(0), level=0.5)
+    assert narrow.high - narrow.low < 0.5 * (found.high - found.low)
+    again = paired_bootstrap(first, first + gains, np.random.default_rng(0))
+    assert again == found
+    with pytest.raises(ValueError, match="expected the same tasks"):
+        paired_bootstrap(first, gains[:, 1:], rng)

@@ -10,6 +10,7 @@ from andabata.evaluation.table import (
     Sample,
     Table,
     average,
+    bootstrap_difference,
     by_contender,
     by_repetition,
     by_scenario,
@@ -146,14 +147,18 @@ def test_pairs_are_taken_within_a_key():
     assert names == [("a", "b", GOAL), ("a", "c", GOAL), ("a", "b", HIT), ("a", "c", HIT)]
 
 
-def test_wins_are_counted_in_pairs():
-    """McNemar counts the clusters that one alone reaches."""
+def test_wins_and_resampled_intervals():
+    """McNemar counts the clusters that one alone reaches; the bootstrap resamples them."""
     ends = [[GOAL]] * 6 + [[HIT]] * 2
     first = grid("a", [[HIT]] * 6 + [[GOAL]] * 2, [[1.0]] * 8)
     second = grid("b", ends, [[k / 2] for k in range(8)])
-    table = Table(by_contender, RUNS, (), (mcnemar_test("test"),))
+    table = Table(
+        by_contender, RUNS, (), (mcnemar_test("test"), bootstrap_difference("time", seconds))
+    )
     (row,) = table.differences([*first, *second])
     assert (row["test_gained"], row["test_lost"]) == (6, 2)
     assert row["test_p"] == pytest.approx(2 * (1 + 8 + 28) / 2**8)
+    assert row["time"] == pytest.approx(0.75)
+    assert row["time_low"] < 0.75 < row["time_high"]
     one, other = table.pairs([*first, *second])[0]
     np.testing.assert_array_equal(pair(one, other, is_success)[1], [[1] * 6 + [0] * 2])

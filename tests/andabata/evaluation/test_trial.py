@@ -7,7 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from andabata.evaluation.trial import run_trial, safe_length
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.evaluation.strict_verdict import StrictMeasures
+from andabata.evaluation.trial import is_strict_success, run_trial, safe_length, strict_row
 from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
@@ -18,16 +20,23 @@ from worlds.world import Start, Task
 
 
 class Puppet:
-    """A robot that glides straight to its goal, half a metre a step, and tips over at ``bad``."""
+    """A robot that glides straight to its goal, half a metre a step, and tips over at ``bad``.
 
-    def __init__(self, world, bad=None, speed=5.0):
+    It believes to be ``off`` of where it is, and says that it has arrived within 0.9 m.
+    """
+
+    config = SimulatedRobotConfig()
+
+    def __init__(self, world, bad=None, speed=5.0, off=0.0):
         self.scene = SimpleNamespace(world=world)
-        self.navigator = SimpleNamespace(set_goal=self._set_goal)
+        self.navigator = SimpleNamespace(set_goal=self._set_goal, has_arrived=False)
+        self.localizer, self._off = SimpleNamespace(), np.array([off, 0.0])
         self.goals, self.starts, self.steps = [], [], 0
         self._bad, self._speed, self._stamp = bad, speed, 0.0
 
     def _set_goal(self, goal):
         self.goals.append(tuple(goal))
+        self.navigator.has_arrived = False
 
     def place(self, start, goal, rng):
         self.starts.append(start)
@@ -38,7 +47,13 @@ class Puppet:
     def step(self, readings):
         self.steps += 1
         self._stamp += 0.1
-        to_goal = np.array(self.goals[-1]) - self._place
+        # Localised before the step, as a navigator does.
+        believed = self._place + self._off
+        self.localizer.pose = Pose.from_euler(np.array([*believed, 0.0]), 0.0, 0.0, 0.0)
+        to_goal = np.array(self.goals[-1]) - believed
+        self.navigator.has_arrived = np.hypot(*to_goal) < 0.9
+        if self.navigator.has_arrived:
+            return self._readings()
         self._place = self._place + 0.1 * self._speed * to_goal / np.hypot(*to_goal)
         return self._readings()
 
@@ -89,7 +104,9 @@ def test_goals_are_visited_in_their_order(make_ground):
         np.testing.assert_array_equal(before.path[-1], after.path[0])
     for attempt, goal in zip(attempts, GOALS, strict=True):
         left = np.hypot(*(attempt.path[-1, :2] - goal))
-        assert 0.5 <= left < 1.0  # It ends in the step in which the goal is reached.
+        assert 0.4 <= left < 0.9  # It ends in the step in which the robot says so.
+        assert attempt.detail.arrival_error == pytest.approx(left)
+        assert attempt.detail.position_error == 0.0
 
 
 @pytest.mark.parametrize("failing", [0, 1, 3])
@@ -112,7 +129,7 @@ def test_measures_are_those_of_the_drive(make_ground):
     for attempt in attempts:
         steps = len(attempt.path) - 1
         assert attempt.time == pytest.approx(0.1 * steps)
-        assert attempt.distance == pytest.approx(0.5 * steps)
+        assert attempt.distance == pytest.approx(0.5 * (steps - 1))  # It stands while it says so.
         assert attempt.detail.forbidden_distance == 0.0
         assert attempt.detail.energy is None
         assert attempt.spl == pytest.approx(min(attempt.shortest / attempt.distance, 1.0))
@@ -133,6 +150,51 @@ def test_each_drive_has_its_own_time_limit(make_ground):
         np.random.default_rng(0),
     )
     assert [attempt.outcome for attempt in slow] == [Outcome.TIMEOUT]
+    assert slow[0].detail.arrival_error is None
+
+
+def test_a_word_that_is_false_ends_the_trial(make_ground):
+    """Too far from the goal in truth: its own outcome and cause; the errors are in the row."""
+    robot = Puppet(make_ground(), off=2.0)
+    (attempt,) = run_trial(robot, TASK, RULES, np.random.default_rng(0))
+    assert (attempt.outcome, attempt.detail.cause) == (Outcome.FALSE_ARRIVAL, "own estimate")
+    assert 1.36 < attempt.detail.arrival_error < 2.9
+    assert attempt.detail.position_error == pytest.approx(2.0)
+    assert robot.goals == [GOALS[0]]
+
+
+def test_the_tolerance_is_that_of_the_receiver_unless_it_is_given(make_ground):
+    """A slow error of 2 m makes a word that is 2 m off true; no tolerance makes it false again."""
+    task, drifting = Task(TASK.start, GOALS[:1]), SimulatedRobotConfig(reality={"gnss_drift": 2.0})
+
+    def outcome(tolerance, config=drifting):
+        robot = Puppet(make_ground(), off=2.0)
+        robot.config = config
+        (attempt,) = run_trial(robot, task, RULES, np.random.default_rng(0), tolerance=tolerance)
+        return attempt.outcome
+
+    assert outcome(None) is Outcome.GOAL
+    assert outcome(0.0) is Outcome.FALSE_ARRIVAL
+    assert outcome(None, SimulatedRobotConfig()) is Outcome.FALSE_ARRIVAL
+    assert outcome(2.0, SimulatedRobotConfig()) is Outcome.GOAL
+
+
+def test_a_strict_success_is_a_success_with_a_clean_outline(make_ground):
+    """A drive past a wall at a hand's breadth is none; records without a verdict have none."""
+    task = Task(TASK.start, GOALS[:1])
+    wall = box(SemanticClass.WALL, (2.5, 0.39, 1.0), (5.0, 0.2, 2.0))
+    clear, close = (
+        run_trial(Puppet(make_ground(objects=some)), task, RULES, np.random.default_rng(0))[0]
+        for some in ([], [wall])
+    )
+    assert is_strict_success(clear) is True
+    assert is_strict_success(replace(clear, outcome=Outcome.STUCK)) is False
+    assert is_strict_success(close) is False
+    assert "solid" in strict_row(close)["strict_failure"]
+    old = replace(clear, detail=replace(clear.detail, strict=None))
+    assert set(strict_row(old).values()) == {None}
+    late = StrictMeasures(0.6, None)
+    assert is_strict_success(replace(clear, detail=replace(clear.detail, strict=late))) is False
 
 
 def test_the_start_is_jittered_by_the_seed(make_ground):

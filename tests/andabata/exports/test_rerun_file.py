@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.exports.rerun_estimate import ESTIMATE
 from andabata.exports.rerun_file import BASE, MAP, ODOM
 from andabata.records import topics
 from andabata.records.bag_writers import open_writer
@@ -96,7 +97,8 @@ def test_scene_and_plots_are_complete(chunks):
     plots = ("steering/commanded", "speed/commanded", "steering/true", "speed/true")
     wanted = {f"{ODOM}/{name}" for name in scene} | {f"{BASE}/{name}" for name in moving}
     wanted |= {f"plots/{name}" for name in (*plots, "heading_error")}
-    wanted |= {f"{MAP}/goal", f"{MAP}/tracks/odometry_filtered", "health"}
+    wanted |= {f"{MAP}/goal", f"{MAP}/tracks/odometry_filtered", "health", ESTIMATE}
+    wanted |= {f"plots/position_error/{name}" for name in ("true", "two_sigma")}
     assert wanted <= set(chunks)
     assert len(column(chunks, "plots/steering/commanded", "Scalars:scalars")) == 20
     (track,) = column(chunks, f"{MAP}/tracks/odometry_filtered", "LineStrips3D:strips")

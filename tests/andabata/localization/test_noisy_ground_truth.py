@@ -108,3 +108,17 @@ def test_readings_without_a_truth_are_an_error():
     localizer.reset(ORIGIN, 0.0)
     with pytest.raises(ValueError, match="expected the true poses of the period"):
         localizer.update(SensorReadings(0.1))
+
+
+def test_its_status_is_ok_with_the_covariance_of_its_own_errors():
+    """Over many starts the errors of place and heading are as large as it says."""
+    config = NoisyGroundTruthConfig(position_sigma=0.4, yaw_sigma=0.1)
+    localizer = NoisyGroundTruthLocalizer(config, np.random.default_rng(0))
+    errors = []
+    for _ in range(2000):
+        localizer.reset(Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0), 0.0)
+        errors.append([*localizer.pose.position[:2], localizer.pose.yaw])
+    status = localizer.status
+    assert (status.health, status.causes) == (Health.OK, ())
+    expected = np.sqrt(np.diag(status.planar_covariance))
+    np.testing.assert_allclose(np.std(errors, axis=0), expected, rtol=0.1)

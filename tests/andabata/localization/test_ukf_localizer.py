@@ -283,6 +283,45 @@ def test_a_receiver_without_a_fix_inflates_nothing(drive):
     assert np.hypot(*errors[-1, :2]) < 1.5
 
 
+def test_the_status_says_why_and_which_readings_were_not_used(drive):
+    """Causes are the warnings; each reason has its sensor; all readings add up."""
+
+    def spoilt(readings):
+        if readings.mag is None or readings.stamp < 10:
+            return readings
+        mag = readings.mag.copy()
+        mag[:, 3] += 30e-6 if readings.stamp < 20 else 0.0
+        mag[:, 1:3] *= -1.0 if readings.stamp >= 20 else 1.0
+        return replace(readings, mag=mag)
+
+    localizer, _ = run(drive, spoilt, seconds=25.0)
+    status = localizer.status
+    assert status.health is localizer.health is Health.DEGRADED
+    assert status.causes == localizer.warnings
+    assert "compass: not accepted" in status.cause
+    compass = status.unused["compass"]
+    assert compass["in a field that is not the Earth's"] == pytest.approx(1000, abs=10)
+    assert compass["beyond the gate"] == pytest.approx(500, abs=10)
+    assert sum(compass.values()) == localizer.counts["compass"][1]
+    assert status.accepted["compass"] == localizer.counts["compass"][0]
+    np.testing.assert_array_equal(status.planar_covariance, localizer.covariance)
+    assert np.diag(status.covariance).min() > 0
+
+
+def test_a_rejected_fix_has_its_reason_in_the_status_until_a_reset(drive):
+    """One that is impossible, and one that comes too late to be put in its place."""
+    localizer = UkfLocalizer(UkfConfig(max_delay=0.3), ROBOT, GeoReference())
+    localizer.reset(drive[0].truth.pose, 0.0)
+    for k in range(1, 12):
+        localizer.update(replace(drive[k], gnss=None))
+    localizer.update(fix_at(drive, 12, variance=-1.0))
+    localizer.update(fix_at(drive, 13, stamp=0.1))
+    assert localizer.status.unused["gnss"] == {"a negative variance": 1, "too late or too early": 1}
+    localizer.reset(drive[0].truth.pose, 0.0)
+    assert localizer.status.unused == {}
+    assert not localizer.rejected_fixes
+
+
 def test_long_multipath_is_waited_out(drive):
     """Half a minute of constant offset is rejected to its end."""
 

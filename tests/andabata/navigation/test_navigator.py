@@ -13,6 +13,7 @@ from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
 from andabata.models import Models
+from andabata.navigation.arrival import ArrivalConfig
 from andabata.navigation.controller import NoPlanner, Steering
 from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import assembler_of
@@ -431,3 +432,81 @@ def test_spectators_see_each_step_and_cost_no_scan():
             navigator.step(SensorReadings(0.1 * k))
     assert [scan is not None for scan in seen["spectators"]] == [True, False, False, True]
     assert all(scan is not None for scan in seen["observers"])
+
+
+def arriving(distance, **more):
+    """Return a navigator whose goal is at a distance ahead [m], and its controller."""
+    navigator, localizer, _, controller = make(**more)
+    navigator.set_goal(np.array([distance, 0.0]))
+    return navigator, localizer, controller
+
+
+def test_a_robot_that_has_arrived_stands_still_until_there_is_another_goal():
+    """It asks its controller no more, says so in each step, and drives on to a new goal at once."""
+    navigator, localizer, controller = arriving(5.0, repeat=4)
+    assert not steps(navigator, 2)[-1].has_arrived  # In the middle of a command.
+    localizer.pose = pose_at(4.8)
+    results = steps(navigator, 6)
+    assert all(result.has_arrived for result in results)
+    assert navigator.has_arrived
+    assert {result.wheels for result in results} == {STANDSTILL}
+    assert {result.situation for result in results} == {None}
+    assert len(controller.situations) == 1
+    navigator.set_goal(np.array([9.0, 0.0]))
+    assert not navigator.has_arrived
+    (result,) = steps(navigator, 1)
+    assert driven(result.wheels)[0] == pytest.approx(0.3)
+    assert not result.has_arrived
+
+
+def test_the_word_outlives_a_fix_and_the_same_goal_again():
+    """The estimate moves by two metres, a graph repeats its goal: the robot has arrived."""
+    navigator, localizer, _ = arriving(0.2)
+    steps(navigator, 1)
+    localizer.pose = pose_at(-2.0)
+    navigator.set_goal(np.array([0.2, 0.0]))
+    assert steps(navigator, 1)[0].has_arrived
+    navigator.reset(pose_at(-2.0), 1.0)
+    assert not navigator.has_arrived
+
+
+@pytest.mark.parametrize("health", [Health.LOST, Health.DISORIENTED])
+def test_a_robot_that_does_not_know_where_it_is_declares_nothing(health):
+    """At its goal by an estimate that is no good it goes on as if it were not there."""
+    navigator, localizer, _ = arriving(0.2)
+    localizer.health = health
+    assert not any(result.has_arrived for result in steps(navigator, 5))
+
+
+def test_without_a_goal_there_is_nothing_to_arrive_at():
+    """A robot that was never sent anywhere is not at its goal, the origin included once sent."""
+    navigator, *_ = make()
+    assert not steps(navigator, 1)[0].has_arrived
+    navigator.set_goal(np.zeros(2))
+    assert steps(navigator, 1)[0].has_arrived
+
+
+def test_the_rules_of_arrival_are_the_robots():
+    """A larger distance is reached sooner."""
+    rules = ArrivalConfig(distance=1.5)
+    assert not steps(arriving(1.4)[0], 1)[0].has_arrived
+    assert steps(arriving(1.4, arrival=rules)[0], 1)[0].has_arrived
+
+
+@pytest.mark.parametrize("knows_truth", [True, False])
+def test_the_oracle_arrives_by_the_true_pose(knows_truth):
+    """Who drives by the truth does not err about its own place; all others do."""
+    navigator, _, controller = arriving(5.0)
+    navigator.steer(Steering(controller, knows_truth=knows_truth))
+    assert navigator.steering.knows_truth is knows_truth
+    truth = VehicleState(0.1, pose_at(4.9), np.zeros(3), np.zeros(3), STANDSTILL)
+    assert navigator.step(SensorReadings(0.1, truth=truth)).has_arrived is knows_truth
+
+
+def test_a_learner_that_drives_from_outside_is_not_stopped():
+    """``update``, ``observe`` and ``execute`` know of no arrival."""
+    navigator, *_ = arriving(0.1)
+    for _ in range(3):
+        assert navigator.observe(navigator.update(SensorReadings(0.1))) is not None
+        assert navigator.execute(Twist(0.3, 0.0))[0].linear == 0.3
+    assert not navigator.has_arrived

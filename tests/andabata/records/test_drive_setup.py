@@ -19,7 +19,7 @@ POSE = Pose.from_euler(np.array([1.0, 2.0, 0.3]), 0.5, 0.0, 0.0)
 
 def initial(frame="map"):
     """Return a start pose in a frame, a second after the epoch."""
-    content = COMPOSE.initial(1.0, POSE)
+    content = COMPOSE.stamped_pose(1.0, POSE)
     content = replace(content, header=replace(content.header, frame_id=frame))
     return computed_bags.Row(
         "/initialpose", topics.INITIAL_POSE.kind, COMPOSE.stamp_ns(1.0), content

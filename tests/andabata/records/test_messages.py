@@ -52,14 +52,15 @@ def test_a_twist_drives_forward_and_turns_about_up():
     assert [twist.angular.x, twist.angular.y, twist.angular.z] == [0.0, 0.0, -0.2]
 
 
-def test_a_planar_covariance_goes_to_x_y_and_yaw():
-    """Rows and columns 0, 1 and 5 of the six hold x, y and yaw."""
-    planar = np.arange(9.0).reshape(3, 3)
+def test_a_covariance_is_written_row_by_row():
+    """x, y, z, then turns about them; without one it is zeros, in odometry and pose alike."""
+    six = np.arange(36.0).reshape(6, 6)
     pose = Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
-    found = BUILDER.odometry(0.0, pose, planar).pose.covariance.reshape(6, 6)
-    np.testing.assert_array_equal(found[np.ix_([0, 1, 5], [0, 1, 5])], planar)
-    assert not found[2:5].any()
-    assert not found[:, 2:5].any()
+    for made in (BUILDER.odometry, BUILDER.stamped_pose):
+        message = made(0.0, pose, six)
+        np.testing.assert_array_equal(message.pose.covariance, six.ravel())
+        assert message.header.frame_id == "map"
+        np.testing.assert_array_equal(made(0.0, pose).pose.covariance, np.zeros(36))
 
 
 def test_the_angles_of_a_virtual_scan_are_its_bearings():

@@ -18,8 +18,6 @@ from andabata.records.recorder import MessageQueue, Recorder, queue_readings
 from andabata.records.topics import TOPICS
 from tests.support.planned_drives import GRID, PlannedDrive
 from tests.support.played_graph import MemoryWriter
-from worlds.scenes import SceneCache
-from worlds.splits import evaluation_world
 
 DRIVE = ["drive", "--world", "natural-test", "--seed", "4", "--controller", "reactive"]
 
@@ -79,10 +77,11 @@ def test_a_drive_with_a_map_replays_within_its_geofence(capsys, tmp_path):
     path = tmp_path / "drive.mcap"
     words = ["drive", "--world", "natural-test", "--seed", "3", "--controller", "policy+planner"]
     limits = ["--set", "plant=kinematic", "--time-limit", "10", "--out", str(tmp_path / "out")]
-    assert main([*words, *limits, "--record", str(path), "--json"]) == 0
+    fence = ["--set", "geofence=[-49.0, -49.0, 49.0, 49.0]"]
+    assert main([*words, *limits, *fence, "--record", str(path), "--json"]) == 0
     with Bag(path) as bag:
         geofence = read_setup(bag, {}, {}).geofence
-    assert geofence == SceneCache(1).get("natural-test", evaluation_world(3, 0)).geofence
+    assert geofence == (-49.0, -49.0, 49.0, 49.0)
     code, data = run(capsys, "bag", "replay", str(path))
     assert code == 0
     assert data["differing_commands"] == 0
@@ -221,6 +220,20 @@ def test_true_places_of_walkers_are_recorded_while_they_are_there():
     assert (pose.position.x, pose.position.y, pose.position.z) == (1.0, 2.0, 0.5)
 
 
+def test_a_goal_that_is_declared_reached_is_recorded_once():
+    """Its place in the map, in the step of the word; the next goal has a message of its own."""
+    drive, writer = PlannedDrive(), MemoryWriter()
+    queue = MessageQueue(writer, MessageBuilder(1, 0))
+    recorder = Recorder(queue, drive.localizer, None, GRID.bearings)
+    step = drive.navigator.step(SensorReadings(0.1))
+    for arrived, goal in ((False, 8.0), (True, 8.0), (True, 8.0), (False, 3.0), (True, 3.0)):
+        recorder.queue_commands(step._replace(has_arrived=arrived, goal=np.array([goal, 0.5])))
+    queue.flush()
+    found = [m for _, topic, m in writer.messages if topic is topics.GOAL_REACHED]
+    assert [m.pose.position.x for m in found] == [8.0, 3.0]
+    assert {m.header.frame_id for m in found} == {"map"}
+
+
 def test_a_sweep_leaves_at_its_end_and_a_fix_with_its_period():
     """A sweep is recorded after its last beam, with its own stamp in the header."""
     writer, builder = MemoryWriter(), MessageBuilder(1, 0)
@@ -252,6 +265,33 @@ def test_diagnostics_are_not_ok_where_a_check_failed():
         (status,) = (m.status[0] for _, topic, m in writer.messages if topic is topics.DIAGNOSTICS)
         levels.append((status.level, status.message))
     assert levels == [(0, "ok"), (1, "degraded; wheels: backwards; imu: gyro"), (0, "ok")]
+
+
+def test_a_recording_holds_what_the_robot_believes():
+    """Covariance in odometry and pose; health, cause, sigmas and unused readings by key."""
+    drive, writer = PlannedDrive(), MemoryWriter()
+    drive.localizer.health = Health.DEGRADED
+    drive.localizer.causes = ("gnss: not accepted for 9.0 s",)
+    drive.localizer.unused = {"compass": {"beyond the gate": 12, "invalid": 3}}
+    queue = MessageQueue(writer, MessageBuilder(1))
+    recorder = Recorder(queue, drive.localizer, None, GRID.bearings)
+    recorder.queue_state(0.0)
+    queue.flush()
+    found = {topic: message for _, topic, message in writer.messages}
+    expected = drive.localizer.status.covariance.ravel()
+    for topic in (topics.FILTERED_ODOMETRY, topics.ESTIMATED_POSE):
+        np.testing.assert_array_equal(found[topic].pose.covariance, expected)
+        assert found[topic].pose.pose.position.x == drive.localizer.pose.position[0]
+    (status,) = found[topics.DIAGNOSTICS].status
+    assert status.message == "degraded; gnss: not accepted for 9.0 s"
+    assert {pair.key: pair.value for pair in status.values} == {
+        "health": "degraded",
+        "cause": "gnss: not accepted for 9.0 s",
+        "position sigma [m]": "0.300",
+        "heading sigma [deg]": "5.73",
+        "not used: compass, beyond the gate": "12",
+        "not used: compass, invalid": "3",
+    }
 
 
 def test_a_check_that_fails_is_published_at_once():

@@ -256,7 +256,7 @@ def test_a_given_start_keeps_its_position_in_the_map(plain, recorded, tmp_path):
     pose = Pose.from_euler(np.array([100.0, -50.0, 2.0]), 0.0, 0.0, 0.3)
     with Bag(plain) as bag:
         begin = next(bag.messages((topics.IMU.ros1,))).stamp_ns
-        initial = replace(builder, epoch_ns=begin).initial(0.0, pose)
+        initial = replace(builder, epoch_ns=begin).stamped_pose(0.0, pose)
         writer.write(topics.INITIAL_POSE, begin, initial)
         for message in bag.messages():
             writer.write(SENSORS[message.topic], message.stamp_ns, message.content)

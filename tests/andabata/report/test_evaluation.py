@@ -100,3 +100,11 @@ def test_an_evaluation_without_its_journal_has_a_page(folder, tmp_path):
     text = page.to_bytes().decode()
     assert len(re.findall("<caption>", text)) == 2
     assert "data:image/webp" not in text
+
+
+def test_pairs_stand_with_what_they_are_less(text):
+    """The second controller less the first, over both worlds, and how often both have finished."""
+    section = text.split("Pairs</h2>")[1].split("</section>")[0]
+    assert "Each controller less planner, in the same 3 trials" in section
+    assert "difference in success [points]" in section
+    assert "p (McNemar)" in section

@@ -93,7 +93,7 @@ def test_the_first_consistent_fix_is_the_datum_and_is_reported_once(standing, mo
 
 def test_a_given_start_keeps_its_position_once_the_fixes_agree(standing, models):
     """With a given start the datum is laid such that the fixes fall on it."""
-    start = MessageBuilder(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
+    start = MessageBuilder(1, EPOCH).stamped_pose(0.0, pose_at(40.0, -30.0))
     messages = [(EPOCH + 1, topics.INITIAL_POSE, start), *standing]
     _, node, _ = navigate(messages, models)
     data = node.run(seconds=8.0)
@@ -110,7 +110,7 @@ def test_a_given_start_keeps_its_position_once_the_fixes_agree(standing, models)
 
 def test_without_any_fix_the_compass_keeps_the_given_heading(standing, models):
     """Without fixes for long the compass is referred to the given heading."""
-    start = MessageBuilder(1, EPOCH).initial(0.0, pose_at(40.0, -30.0))
+    start = MessageBuilder(1, EPOCH).stamped_pose(0.0, pose_at(40.0, -30.0))
     readings = [entry for entry in standing if entry[1] is not topics.FIX]
     _, node, status = navigate(
         [(EPOCH + 1, topics.INITIAL_POSE, start), *readings], models, seconds=16.0

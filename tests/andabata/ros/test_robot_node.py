@@ -136,3 +136,18 @@ def recorded(path):
             else:
                 commands.append(message.stamp_ns / NS)
     return commands, np.array(places)
+
+
+def reached(seconds, x):
+    """Return the word that a goal is reached, as it is played."""
+    return EPOCH + round(seconds * NS), "/goal_reached", BUILDER.goal(seconds, np.array([x, 0.0]))
+
+
+def test_the_navigators_word_ends_an_attempt(scene):
+    """It counts for the goal that was announced alone, and is false far from it."""
+    other, _, _ = drive(scene, [reached(1.0, 9.0)])
+    assert other["outcomes"] == ["interrupted"]
+    word, graph, _ = drive(scene, [reached(1.0, 10.0)])
+    assert word["outcomes"] == ["false arrival"]
+    assert word["simulated_s"] == pytest.approx(1.0, abs=0.25)
+    assert Counter(topic.ros1 for _, topic, _ in graph.messages)["/goal"] == 1

@@ -25,7 +25,7 @@ def imu(seconds):
 def initial_pose(seconds, x):
     """Return an initial pose at x [m], as it is played."""
     pose = Pose(np.array([x, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0]))
-    return EPOCH + round(seconds * NS), "/initialpose", BUILDER.initial(seconds, pose)
+    return EPOCH + round(seconds * NS), "/initialpose", BUILDER.stamped_pose(seconds, pose)
 
 
 @pytest.fixture

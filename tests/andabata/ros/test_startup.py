@@ -49,7 +49,7 @@ def imu(seconds, offset=0.0):
 
 def test_an_initial_pose_is_exact_and_taken_at_once():
     """A published pose ends the wait before the readings are asked."""
-    message = (EPOCH + NS // 10, "/initialpose", BUILDER.initial(0.1, POSE))
+    message = (EPOCH + NS // 10, "/initialpose", BUILDER.stamped_pose(0.1, POSE))
     start, graph, datum, _ = finder([message], None)
     pose, is_rough = start.wait()
     assert pose.position.tolist() == [1.0, 2.0, 0.0]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from andabata.runs.folder import commit, describe, make_folder, versions, write_json
+from andabata.runs.folder import LEDGER, commit, describe, make_folder, versions, write_json
 
 
 def test_json_is_sorted_and_ends_with_a_line_feed(tmp_path):
@@ -46,6 +46,19 @@ def test_a_changed_checkout_is_marked(monkeypatch, status, expected):
 
     monkeypatch.setattr(subprocess, "run", run)
     assert commit() == expected
+
+
+def test_an_entry_in_the_ledger_is_no_change_of_the_code(monkeypatch):
+    """Git is not asked about it: a judging run that goes on is of the same commit."""
+    asked = []
+
+    def run(words, **_):
+        asked.append(words)
+        return subprocess.CompletedProcess(words, 0, "", "")
+
+    monkeypatch.setattr(subprocess, "run", run)
+    commit()
+    assert asked[0][-3:] == ["--", ".", f":(exclude){LEDGER}"]
 
 
 def test_without_git_there_is_no_commit(monkeypatch):

@@ -117,3 +117,12 @@ def test_a_drive_begins_afresh(monitor):
     assert np.isposinf(monitor.min_clearance)
     assert monitor.update(state(38.0, 0.1)) is None
     assert monitor.update(state(39.1, 0.1)) is Outcome.STUCK
+
+
+def test_a_robot_that_declares_its_arrival_ends_the_drive(monitor):
+    """Before its word no goal is reached; after it the true distance decides."""
+    monitor.begin(state(0.0, 0.0), GOAL)
+    assert monitor.update(state(1.0, 4.9), has_arrived=False) is None
+    assert monitor.update(state(2.0, 4.9), has_arrived=True) is Outcome.GOAL
+    assert monitor.update(state(3.0, 3.9), has_arrived=True) is Outcome.FALSE_ARRIVAL
+    assert monitor.update(state(4.0, 3.9, collided=True), has_arrived=True) is Outcome.COLLISION

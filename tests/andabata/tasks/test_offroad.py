@@ -10,9 +10,9 @@ from gymnasium.utils.env_checker import check_env as check_gymnasium
 from stable_baselines3.common.env_checker import check_env as check_sb3
 
 from andabata.tasks.episode_monitor import TerminationConfig
-from andabata.tasks.offroad import make_offroad, stage_config
+from andabata.tasks.offroad import OffroadConfig, make_offroad, stage_config
 from andabata.tasks.registration import STAGES
-from worlds.splits import TRAINING_SEEDS
+from worlds.splits import TRAINING_SEEDS, judged_release, judging_world
 
 IDS = [f"andabata/{stage}-v0" for stage in STAGES]
 
@@ -241,3 +241,11 @@ def test_stages_draw_their_worlds_from_the_training_seeds():
     pools = [stage_config(stage).seeds for stage in STAGES]
     assert pools == [TRAINING_SEEDS, TRAINING_SEEDS, TRAINING_SEEDS[:48]]
     assert [stage_config(stage).preset for stage in STAGES] == ["maze", "maze", "natural"]
+
+
+def test_a_world_that_judges_is_refused_for_training():
+    """Before anything is learned; validation takes its own worlds."""
+    seed = judging_world("0.2.0", 0)
+    with pytest.raises(ValueError, match=r"got 500800000, which judges 0\.2\.0"):
+        OffroadConfig(seeds=(*TRAINING_SEEDS, seed))
+    assert not any(judged_release(seed) for seed in OffroadConfig().unseen.seeds)

@@ -121,4 +121,4 @@ def test_every_ending_has_the_outcome_of_its_name(ending):
     if ending is Ending.NONE:
         assert ending.outcome is None
     else:
-        assert ending.outcome is Outcome(ending.name.lower())
+        assert ending.outcome is Outcome(ending.name.lower().replace("_", " "))

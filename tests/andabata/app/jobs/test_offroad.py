@@ -2,7 +2,13 @@
 
 import json
 
+import pytest
+
 from andabata.app.cli import main
+from andabata.evaluation import ledger
+from andabata.evaluation.judging import JUDGED_BESIDE
+from andabata.evaluation.ledger import read_ledger
+from worlds.splits import EVALUATION_START, judging_world
 
 
 def test_the_command_prints_one_table_and_resumes(capsys, tmp_path):
@@ -24,8 +30,10 @@ def test_the_command_prints_one_table_and_resumes(capsys, tmp_path):
         return json.loads(out)
 
     data = result()
-    assert data["reality"] == "ideal"
+    assert data["reality"] == "field"
     assert "perturbations" not in data
+    (pair,) = data["differences"]
+    assert (pair["controller"], pair["against"], pair["trials"]) == ("oracle", "straight", 2)
     assert set(data["rows"][0]) >= {
         *("controller", "world", "goal", "trials", "successes", "collisions", "tipovers"),
         *("timeouts", "stuck", "success_rate", "wilson_low", "wilson_high", "spl"),
@@ -55,3 +63,101 @@ def test_disturbances_come_with_what_they_cost(capsys, tmp_path):
     about = json.loads((tmp_path / "run.json").read_text())
     assert about["reality"] == "field"
     assert about["config"]["simulated_robot"]["reality"]["soft_iron"] == 0.03
+
+
+@pytest.fixture
+def tiny(monkeypatch, tmp_path):
+    """Patch the judging split to worlds that were looked at, and return words of two trials."""
+    monkeypatch.setattr("worlds.splits.JUDGING_START", EVALUATION_START)
+    monkeypatch.setattr("andabata.evaluation.judging.JUDGED_TRIALS", 2)
+    monkeypatch.setattr(ledger, "commit", lambda: "0123456789ab")
+    (tmp_path / "own.jsonl").touch()
+    return [
+        *("evaluate", "--release", "0.0.0", "--ledger", str(tmp_path / "own.jsonl")),
+        *("--controllers", "straight", "--engine", "serial", "--json", "--quiet"),
+        *("--set", "simulated_robot.plant=kinematic", "--set", "terminations.time_limit=1"),
+        *("--set", "simulated_robot.sensing.scanner=horizontal"),
+    ]
+
+
+def test_a_release_is_judged_once_beside_null_controllers(tiny, capsys, tmp_path):
+    """Its worlds, all controllers, an entry; it goes on in its folder and nowhere else."""
+    path, words = tmp_path / "own.jsonl", [*tiny, "--out", str(tmp_path / "run")]
+    assert main(words) == 0
+    data = json.loads(capsys.readouterr().out)
+    controllers = {row["controller"] for row in data["rows"]}
+    assert controllers == {"straight", *JUDGED_BESIDE}
+    assert {row["trials"] for row in data["rows"]} == {2}
+    assert [row["controller"] for row in data["differences"]] == list(JUDGED_BESIDE)
+    assert data["reality"] == "field"
+    assert data["seed"] == judging_world("0.0.0", 0)
+    (entry,) = read_ledger(path)
+    assert data["ledger"] == entry.model_dump(mode="json")
+    assert (entry.table, entry.release, entry.state) == ("evaluate off-road", "0.0.0", "finished")
+    assert entry.seeds == f"natural-test {EVALUATION_START} to {EVALUATION_START + 1}"
+    journal = tmp_path / "run/trials.jsonl"
+    lines = journal.read_text().splitlines()
+    assert [json.loads(line)["rows"][0]["world_seed"] for line in lines[1:]] == [
+        *(EVALUATION_START, EVALUATION_START + 1),
+    ]
+    journal.write_text("\n".join(lines[:2]) + "\n" + lines[2][:40])  # A kill in the second trial.
+    assert main(words) == 0
+    assert json.loads(capsys.readouterr().out)["rows"] == data["rows"]
+    assert main([*tiny, "--out", str(tmp_path / "other")]) == 1
+    assert "expected a release that evaluate off-road has not judged" in capsys.readouterr().err
+    assert len(read_ledger(path)) == 1
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ([], "--release: expected --out beside it, got none"),
+        (["--out", "x", "--seed", "0"], "--release: expected no --seed beside it"),
+        (["--out", "x", "--world", "natural-test"], "--release: expected no --world beside it"),
+        (["--out", "x", "--suite", "development"], "--release: expected no --suite beside it"),
+        (["--out", "x", "--reality", "ideal"], "--reality: expected field beside --release"),
+        (["--out", "x", "--trials", "1"], "--trials: expected 2 or more"),
+        (["--out", "x", "--set", "world=maze"], "world: expected natural-test"),
+        (["--out", "x", "--set", "seed=3"], "seed: expected that of release"),
+        (["--out", "x", "--task", "barn"], "--release, --ledger: expected options of --task barn"),
+    ],
+)
+def test_what_a_release_leaves_no_choice_of_is_refused(
+    tiny, capsys, tmp_path, monkeypatch, more, message
+):
+    """Before anything is driven or entered."""
+    monkeypatch.chdir(tmp_path)
+    words = tiny if "barn" not in more else tiny[: tiny.index("--controllers")]
+    assert main([*words, *more]) == 2
+    assert capsys.readouterr().err.startswith("error: ")
+    assert main([*words, *more]) == 2
+    assert message in capsys.readouterr().err
+    assert (tmp_path / "own.jsonl").read_bytes() == b""
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["evaluate", "--seed", "500800000"],
+        ["evaluate", "--set", "seed=500800000"],
+        ["evaluate", "--task", "spn", "--set", "seed=500800000"],
+        ["drive", "--seed", "500800000"],
+        ["demo", "--seed", "500800000"],
+        ["world", "render", "maze", "--seed", "500800000"],
+        ["bench", "localization", "--seed", "500800000"],
+        ["bench", "fields", "--seed", "500800000"],
+        ["clouds", "generate", "--out", "x", "--seed", "500800000"],
+        ["train", "--out", "x", "--set", "stages.Maze2D.environment.seeds=[500800000]"],
+        ["evaluate", "--task", "td3", "--rooms", "clutter-500800000"],
+    ],
+)
+def test_a_judging_seed_without_its_release_is_refused(words, capsys, tmp_path, monkeypatch):
+    """Whatever the command: what was expected, what came, what to do."""
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 2
+    error = capsys.readouterr().err
+    assert "got 500800000, which judges 0.2.0; take another seed" in error
+    assert "evaluate --release 0.2.0" in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.evaluation.ledger import read_ledger
 from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomComparison, tasks_of
 from andabata.report.room_folder import RoomFolder
@@ -191,3 +192,31 @@ def test_what_was_trained_is_evaluated_and_reported(capsys, tmp_path):
     assert "Fig. 4a" in (out / "report.html").read_text()
     page = (folder / "report.html").read_text()
     assert "hit by a mover while standing" in page
+
+
+def test_a_release_is_judged_in_the_rooms_of_the_task(capsys, tmp_path, monkeypatch):
+    """On starts and goals of its own beside laws, once; tried with a split that is patched."""
+    monkeypatch.setattr("worlds.splits.JUDGING_START", 7)
+    monkeypatch.setattr("andabata.evaluation.judging.JUDGED_TRIALS", 1)
+    monkeypatch.setattr("andabata.evaluation.rooms.JUDGES_BY_TASK", {"spn": ("spn-env0",)})
+    monkeypatch.setattr("andabata.evaluation.ledger.commit", lambda: "0123456789ab")
+    path = tmp_path / "own.jsonl"
+    path.touch()
+    words = ["evaluate", "--task", "spn", "--release", "0.0.0", "--ledger", str(path)]
+    words += ["--policy", "proportional", "--lidars", "ten-beams", "--memory", "reactive"]
+    words += ["--engine", "serial", "--json", "--quiet", "--out"]
+    assert main([*words, str(tmp_path / "run")]) == 0
+    data = json.loads(capsys.readouterr().out)
+    policies = [row["policy"] for row in data["rows"]]
+    assert policies == ["proportional", "random", "away", "heading"]
+    assert (data["seed"], data["config"]["pairs"]) == (7, 1)
+    (entry,) = read_ledger(path)
+    assert (entry.table, entry.state) == ("evaluate spn", "finished")
+    assert entry.seeds == "starts and goals of seed 7, 1 in each room"
+    assert main([*words, str(tmp_path / "other")]) == 1
+    assert "expected a release that evaluate spn has not judged" in capsys.readouterr().err
+    for more in (["--seed", "0"], ["--rooms", "env0"]):
+        assert main([*words, str(tmp_path / "new"), *more]) == 2
+        assert f"--release: expected no {more[0]}" in capsys.readouterr().err
+    assert main([*words, str(tmp_path / "new"), "--pairs", "0"]) == 2
+    assert "--pairs: expected 1 or more" in capsys.readouterr().err

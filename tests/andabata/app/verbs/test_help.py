@@ -156,7 +156,7 @@ def test_fast_examples_run(line, folder, capsys, monkeypatch):
     ],
 )
 def test_what_shows_or_times_something_looks_at_development_worlds(name):
-    """Without a seed they take one of development; ``evaluate`` alone judges, by seed 0."""
+    """Without a seed they take one of development; ``evaluate`` has those of seed 0."""
     defaults = {
         name: option.default
         for name, command in verbs()

@@ -180,3 +180,18 @@ def test_traversed_clearance_grows_where_the_robot_came_through():
     assert traversed[MIDDLE + 6, MIDDLE] == pytest.approx(4.0)
     assert traversed[far, MIDDLE + 2] == 0.0
     np.testing.assert_array_equal(traversed[:, MIDDLE + 3 :], clearance[:, MIDDLE + 3 :])
+
+
+def test_known_clearances_cost_what_they_cost_where_they_are_computed():
+    """Costs of the same clearances are the same, to the bit; the far ones count as far."""
+    log_odds = free()
+    log_odds[MIDDLE, MIDDLE] = 2.0
+    expected = mapped(log_odds, centre=np.array([MIDDLE, MIDDLE]))  # Nothing is wrapped around.
+    found = CostMap(CELLS, CELL, WEIGHTS, Passage(0.4, 0.25, 0.7))
+    metres = expected.clearance * np.float32(CELL)
+    metres[expected.clearance == expected.clearance.max()] = 40.0
+    found.take(log_odds, metres)
+    np.testing.assert_allclose(found.clearance, expected.clearance, rtol=1e-6)
+    assert (found.traversed_clearance == found.clearance).all()
+    np.testing.assert_allclose(found.costs, expected.costs, rtol=1e-5)
+    assert found.costs[0, 0] == 1.0

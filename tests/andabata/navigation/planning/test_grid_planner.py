@@ -259,3 +259,36 @@ def test_there_is_no_way_before_the_first_plan_and_outside_the_square():
     assert make().way(ORIGIN).shape == (0, 2)
     plan, _ = planned(free())
     assert plan.way(np.array([50.0, 0.0])).shape == (0, 2)
+
+
+def test_a_plan_over_known_clearances_is_that_of_the_map():
+    """Sub-goal and costs to go agree where the square of the map is given with its clearances."""
+    log_odds = free()
+    log_odds[MIDDLE - 12 : MIDDLE + 20, MIDDLE + 8] = 2.0
+    centre, goal = np.array([MIDDLE, MIDDLE]), np.array([8.4, 11.4])  # Nothing is wrapped around.
+    start = np.array([6.4, 5.4])
+    seen, known = make(margin=np.inf), make(margin=np.inf)
+    subgoal = seen.plan(log_odds, centre, EVERYWHERE, start, goal)
+    clearance = seen.clearance * np.float32(CELL)
+    corner = np.array([100.0, -50.0])
+    found = known.plan_known(log_odds, clearance, corner, start + corner, goal + corner)
+    np.testing.assert_allclose(found - corner, subgoal, atol=1e-9)
+    np.testing.assert_allclose(known.cost_to_go, seen.cost_to_go, rtol=1e-4)
+
+
+def test_another_place_has_its_sub_goal_by_the_last_plan():
+    """It is that of a plan from there, without a search."""
+    log_odds = free()
+    log_odds[MIDDLE - 12 : MIDDLE + 20, MIDDLE + 8] = 2.0
+    centre, goal = np.array([MIDDLE, MIDDLE]), np.array([8.4, 11.4])  # Nothing is wrapped around.
+    places = np.array([6.4, 5.4]), np.array([4.0, 7.0])
+    plans = [make(margin=np.inf) for _ in places]
+    first, second = (
+        plan.plan(log_odds, centre, EVERYWHERE, place, goal)
+        for plan, place in zip(plans, places, strict=True)
+    )
+    assert not np.array_equal(first, second)
+    costs = plans[0].cost_to_go.copy()
+    np.testing.assert_array_equal(plans[0].subgoal(places[1]), second)
+    np.testing.assert_array_equal(plans[0].subgoal(places[0]), first)
+    np.testing.assert_array_equal(plans[0].cost_to_go, costs)

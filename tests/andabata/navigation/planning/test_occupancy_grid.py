@@ -51,7 +51,14 @@ def test_one_scan_moves_the_log_odds_by_a_known_share():
     probably = updated(make(), np.full_like(nothing_seen(), -0.5))
     assert at(probably, 2.1, 0.1) == pytest.approx(-0.05 * near * 3.0 * near * 0.25, rel=1e-5)
     empty = updated(make(), nothing_seen())
-    assert at(empty, 2.1, 0.1) == pytest.approx(0.1, rel=1e-5)
+    assert at(empty, 2.1, 0.1) == pytest.approx(0.3, rel=1e-5)
+
+
+def test_where_ground_falls_away_two_seconds_make_an_obstacle():
+    """Four scans of empty cells that nothing hides, two a second, and not two: may be chance."""
+    lethal = make().config.lethal_log_odds
+    assert at(updated(make(), nothing_seen(), 4), 2.1, 0.1) > lethal
+    assert at(updated(make(), nothing_seen(), 2), 2.1, 0.1) < lethal
 
 
 def test_many_scans_reach_the_certainty_of_their_range():
@@ -209,7 +216,7 @@ def test_the_grid_follows_the_robot_and_forgets_what_it_leaves_behind():
     assert at(grid, 1.6, 1.6) == before
     updated(grid, nothing_seen(), 1, (-40.0, 0.0))
     updated(grid, nothing_seen(), 1, (0.0, 0.0))
-    assert at(grid, 1.6, 1.6) < 0.2
+    assert at(grid, 1.6, 1.6) == pytest.approx(0.3)  # The last scan alone.
     grid.reset()
     assert not grid.log_odds.any()
     np.testing.assert_array_equal(grid.centre, [0, 0])

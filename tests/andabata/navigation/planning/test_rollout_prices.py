@@ -5,8 +5,10 @@ import pytest
 from scipy.ndimage import map_coordinates
 
 from andabata.machine.kinematics import Twist
+from andabata.navigation.arrival import ARRIVAL_DISTANCE
 from andabata.navigation.planning.geofence_bounds import EVERYWHERE
 from andabata.navigation.planning.local_planner import LocalPlanner
+from andabata.navigation.planning.trajectory_rollouts import TrajectoryRollouts
 from tests.support.rollout_plans import (
     CELL,
     CONFIG,
@@ -102,7 +104,7 @@ def simulated(plan, moves, start):
         chords = speeds[:, None] * np.stack([np.cos(middles), np.sin(middles)], axis=1)
         points = np.array(start[:2]) + np.cumsum(chords, axis=0)
         to_goal = np.hypot(*(points - plan.goal).T)
-        arrived = np.flatnonzero(to_goal < 0.8)
+        arrived = np.flatnonzero(to_goal < ARRIVAL_DISTANCE)
         last = arrived[0] if len(arrived) else len(points)
         points, yaws = points[:last], yaws[:last]
         ahead = ROBOT.length / 4 * np.stack([np.cos(yaws), np.sin(yaws)], axis=1)
@@ -227,13 +229,21 @@ def test_a_turn_is_paid_for_when_it_begins():
 
 def test_a_rollout_ends_at_the_goal():
     """The way behind the goal costs nothing: an obstacle there does not matter."""
-    plan = synthetic(goal=(1.5, 0.0), clearance=lambda x, y: np.where(x > 1.3, 0.0, 3.0))
+    plan = synthetic(goal=(1.0, 0.0), clearance=lambda x, y: np.where(x > 1.3, 0.0, 3.0))
     arcs, *_ = prices(plan)
-    # The first point nearer than 0.8 m ends it: 0.72 m, of which 11 steps are driven.
+    # The first point nearer than 0.3 m ends it: 0.72 m, of which 11 steps are driven.
     assert arcs[0] == pytest.approx(0.66)
-    near = synthetic(goal=(1.0, 0.0))
+    near = synthetic(goal=(0.5, 0.0))
     arcs, *_ = prices(near)
     assert arcs[0] == pytest.approx(0.18)
+
+
+def test_a_rollout_ends_where_the_robot_stops():
+    """The goal's radius is the robot's own: with 0.8 m the rollout ends half a metre before."""
+    plan = synthetic(goal=(1.5, 0.0))
+    rollouts = TrajectoryRollouts(ROBOT, CONFIG, goal_radius=0.8)
+    arcs, *_ = prices(plan, rollouts)
+    assert arcs[0] == pytest.approx(0.66)
 
 
 @pytest.mark.parametrize("rate", [-3.0, 3.0])

@@ -1,0 +1,111 @@
+"""Judging tables: their seeds, their size, and who has to be in them."""
+
+import pytest
+from pydantic import ValidationError
+
+from andabata.assembly.controllers import CONTROLLERS
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.configuration.usage import UsageError
+from andabata.evaluation.judging import (
+    JUDGED_BESIDE,
+    JUDGED_LAWS,
+    JUDGED_TRIALS,
+    checked_seed,
+    judged_trials,
+    judging_seed,
+    with_those,
+)
+from andabata.evaluation.offroad import EvaluationConfig
+from andabata.evaluation.rooms import RoomEvaluationConfig
+from andabata.machine.reality import LEVELS
+from rl.goal_laws import LAWS
+from worlds.splits import EVALUATIONS, split_of
+
+SEED = judging_seed("0.2.0")
+FIELD = SimulatedRobotConfig(reality=LEVELS["field"])
+JUDGED = {
+    "release": "0.2.0",
+    "seed": SEED,
+    "goals": 3,
+    "trials": 200,
+    "controllers": ("planner", *JUDGED_BESIDE),
+    "simulated_robot": FIELD,
+}
+"""Settings of a judging table off-road; nothing drives it here."""
+
+
+def test_the_seed_of_a_release_is_of_the_judging_split():
+    """It is refused without the release, and others are refused with it."""
+    assert split_of(SEED) == "judging"
+    assert checked_seed(SEED, "0.2.0") == SEED
+    assert checked_seed(EVALUATIONS - 1, None, EVALUATIONS) == EVALUATIONS - 1
+    assert checked_seed(EVALUATIONS, None) == EVALUATIONS
+    with pytest.raises(ValueError, match=r"which judges 0\.2\.0; take another seed"):
+        checked_seed(SEED, None, EVALUATIONS)
+    with pytest.raises(ValueError, match=r"expected that of release 0\.2\.0, 500800000, got 3"):
+        checked_seed(3, "0.2.0")
+    with pytest.raises(ValueError, match="seed: input should be less than 10000, got 10000"):
+        checked_seed(EVALUATIONS, None, EVALUATIONS)
+
+
+def test_a_judging_table_has_at_least_200_trials():
+    """Fewer are refused by the name of the setting; none asked for are the least."""
+    assert JUDGED_TRIALS >= 200
+    assert judged_trials("0.2.0", None, "trials") == JUDGED_TRIALS
+    assert judged_trials("0.2.0", 300, "trials") == 300
+    with pytest.raises(UsageError, match=r"--pairs: expected 200 or more .* 0\.2\.0, got 199"):
+        judged_trials("0.2.0", 199, "--pairs")
+
+
+def test_null_controllers_and_the_oracle_stand_beside_each_once():
+    """Asked first, in their order; the names are those of controllers and laws."""
+    assert with_those(("planner", "oracle"), JUDGED_BESIDE) == (
+        *("planner", "oracle", "random+planner", "away+planner", "reactive"),
+    )
+    assert set(JUDGED_BESIDE) <= set(CONTROLLERS)
+    assert set(JUDGED_LAWS) <= set(LAWS)
+
+
+def test_a_table_of_the_right_form_is_taken():
+    """Every trial has a judging world of the release."""
+    config = EvaluationConfig(**JUDGED)
+    assert [one.seed for one in config.scenarios] == list(range(SEED, SEED + 200))
+    assert {one.world for one in config.scenarios} == {"natural-test"}
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"release": None}, r"which judges 0\.2\.0"),
+        ({"release": "0.2.1"}, r"expected that of release 0\.2\.1"),
+        ({"release": "new"}, "release: expected a version"),
+        ({"seed": 0}, r"expected that of release 0\.2\.0"),
+        ({"suite": "development"}, "suite: expected None .*, got development; leave it out"),
+        ({"world": "maze"}, "world: expected natural-test .*, got maze"),
+        ({"goals": 1}, "goals: expected 3 .*, got 1"),
+        ({"perturb": {"lag": 0.2}}, "perturb: expected {}"),
+        ({"simulated_robot": SimulatedRobotConfig()}, "reality: expected field .*, got ideal"),
+        ({"trials": 24}, "trials: expected 200 or more .*, got 24"),
+        ({"controllers": ("planner", *JUDGED_BESIDE[1:])}, "got none named random.planner"),
+    ],
+)
+def test_a_table_of_another_form_does_not_use_up_the_seeds(changed, message):
+    """Settings from a file or ``--set`` are refused as options are."""
+    with pytest.raises(ValidationError, match=message):
+        EvaluationConfig(**(JUDGED | changed))
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"seed": SEED}, r"which judges 0\.2\.0"),
+        ({"seed": 0, "release": "0.2.0"}, r"expected that of release 0\.2\.0"),
+        ({"seed": SEED, "release": "0.2.0", "pairs": 100}, "pairs: expected 200 or more"),
+        ({"seed": SEED, "release": "0.2.0", "pairs": 200, "rooms": ("spn-env4",)}, "rooms: expect"),
+    ],
+)
+def test_rooms_have_the_same_rule(changed, message):
+    """Starts and goals of a judging seed are for its release, in all rooms of the task."""
+    with pytest.raises(ValidationError, match=message):
+        RoomEvaluationConfig(**changed)
+    RoomEvaluationConfig(seed=SEED, release="0.2.0", pairs=200)

@@ -1,9 +1,11 @@
-"""Ctrl-C in the command line: quiet and at once, also while libraries are imported.
+"""Ctrl-C and SIGTERM in the command line: quiet and at once, also while libraries are imported.
 
 An interrupt that is raised in the middle of an import reaches code that does not expect it: the
 initialization of a C extension turns it into another error, or loses it, and the interpreter prints
 a traceback. Nothing is open yet when a command imports its libraries, so the process ends there.
-Anywhere else the interrupt is raised, so that files and pages are closed.
+Anywhere else the interrupt is raised, so that files and pages are closed, and a robot is stopped.
+
+SIGTERM, with which supervisors and shutdowns end a process, is treated as Ctrl-C.
 """
 
 import os
@@ -13,6 +15,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import pairwise
+from multiprocessing import parent_process
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -37,7 +40,7 @@ _SECOND_TRY = 0.05
 
 
 class Interrupt(KeyboardInterrupt):
-    """Ctrl-C.
+    """Ctrl-C or SIGTERM; its argument is the signal.
 
     A type of its own: Python ends a process by the signal instead of its exit code when a plain
     KeyboardInterrupt has once passed through ``exec``, even if it was caught.
@@ -52,21 +55,27 @@ def is_command_line() -> bool:
 
 
 def handle_interrupts() -> None:
-    """Handle Ctrl-C as this module does, from now on; a signal that is ignored stays ignored."""
-    if threading.current_thread() is not threading.main_thread():
+    """Handle Ctrl-C and SIGTERM as this module does, from now on.
+
+    A signal that is ignored stays ignored, and workers are ended by their parent.
+    """
+    if threading.current_thread() is not threading.main_thread() or parent_process() is not None:
         return
-    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+    defaults = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+    ours = [each for each, default in defaults.items() if signal.getsignal(each) is default]
+    if not ours:
         return
     stderr: int | None = None
     with suppress(OSError):  # Some imports replace the descriptor for a while.
         stderr = os.dup(2)
 
-    def handle(_signal: int, frame: FrameType | None) -> None:
+    def handle(number: int, frame: FrameType | None) -> None:
         if _imports(frame):
             _end(stderr)
-        raise Interrupt
+        raise Interrupt(number)
 
-    signal.signal(signal.SIGINT, handle)
+    for each in ours:
+        signal.signal(each, handle)
     sys.unraisablehook = _raise_again
 
 
@@ -112,6 +121,16 @@ def _raise_again(lost: "UnraisableHookArgs") -> None:
     if not issubclass(lost.exc_type, Interrupt):
         sys.__unraisablehook__(lost)
         return
-    again = threading.Timer(_SECOND_TRY, signal.raise_signal, (signal.SIGINT,))
+    number = lost.exc_value.args[0] if lost.exc_value else signal.SIGINT
+    again = threading.Timer(_SECOND_TRY, _raise_in_main_thread, (number,))
     again.daemon = True
     again.start()
+
+
+def _raise_in_main_thread(number: int) -> None:
+    """Raise a signal where it is handled, so that it ends a sleep or a wait there."""
+    main = threading.main_thread().ident
+    if hasattr(signal, "pthread_kill") and main is not None:
+        signal.pthread_kill(main, number)
+    else:  # Windows.
+        signal.raise_signal(number)

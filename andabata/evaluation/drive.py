@@ -1,5 +1,7 @@
 """One drive, from a world's name to a path."""
 
+import errno
+import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -23,6 +25,7 @@ from andabata.records.manifest import write_manifest
 from andabata.records.messages import MessageBuilder
 from andabata.records.planner_recorder import PlannerRecorder
 from andabata.records.recorder import MessageQueue, Recorder
+from andabata.runs import atomic_io
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.cloud import PointCloud
 from worlds.goals import task_to
@@ -227,18 +230,35 @@ def _recording(
     """Record what is driven in the block, if anything is to be recorded.
 
     A drive that fails leaves a recording that is closed, and no manifest.
+
+    Raises:
+        BagError: If the file is there already.
+        OSError: If it cannot be written, or the disk is full.
     """
     if record is None:
         yield
         return
     settings = simulated_robot.config.model_dump(mode="json")
     setup = identity | {"simulated_robot": settings, "models": models.hashes}
-    writer = record.watch(simulated_robot, setup)
-    try:
-        yield
-    finally:
-        writer.close()
-    write_manifest(record.path, identity)
+    with _explained_recording(record.path):
+        writer = record.watch(simulated_robot, setup)
+        try:
+            yield
+        finally:
+            writer.close()
+        write_manifest(record.path, identity)
+
+
+@contextmanager
+def _explained_recording(path: Path) -> Iterator[None]:
+    """Let errors of a full disk and of a read-only folder say what is missing, sqlite3's too."""
+    with atomic_io.explained(path, "the recording"):
+        try:
+            yield
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode == sqlite3.SQLITE_FULL:
+                raise OSError(errno.ENOSPC, str(error), str(path)) from error
+            raise
 
 
 class _DriveWatcher:

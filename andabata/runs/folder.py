@@ -25,7 +25,8 @@ def make_folder(folder: Path) -> Path:
     Raises:
         OSError: If a file has its name, or the parent is not writable.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    with atomic_io.explained(folder, "a folder"):
+        folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 

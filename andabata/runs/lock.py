@@ -1,4 +1,7 @@
-"""Lock of a run folder, or of a file: one command writes there at a time."""
+"""Lock of a run folder, or of a file: one command writes there at a time.
+
+Who gets the lock sweeps what killed commands have left there, half written.
+"""
 
 import errno
 import os
@@ -7,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
+from andabata.runs import atomic_io
 from andabata.runs.folder import command_line, make_folder
 
 try:
@@ -44,6 +48,7 @@ def locked_folder(folder: Path | None) -> Iterator[Path | None]:
     make_folder(folder)
     try:
         with _locked(folder / LOCK, f"{folder}: expected a folder that no other command writes"):
+            atomic_io.sweep(folder)
             yield folder
     finally:
         with suppress(OSError):
@@ -68,6 +73,7 @@ def locked_file(path: Path) -> Iterator[Path]:
         path.with_name(f".{path.name}{LOCK}"),
         f"{path}: expected a file that no other command writes",
     ):
+        atomic_io.sweep(path.absolute().parent, path.name)
         yield path
 
 
@@ -82,11 +88,13 @@ def _locked(path: Path, expected: str) -> Iterator[None]:
     Raises:
         RunLockError: If another process has the lock.
     """
-    file = _open(path, expected)
+    with atomic_io.explained(path, "a lock"):
+        file = _open(path, expected)
     try:
-        file.truncate(0)
-        file.write(f"{os.getpid()} {command_line()}")
-        file.flush()
+        with atomic_io.explained(path, "a lock"):
+            file.truncate(0)
+            file.write(f"{os.getpid()} {command_line()}")
+            file.flush()
         yield
     finally:
         with suppress(OSError):

@@ -25,6 +25,20 @@ SPEEDS = {
 """Speeds by name."""
 
 
+def on_choice(dropdown: "viser.GuiDropdownHandle[str]", act: Callable[[str], None]) -> None:
+    """Let the choices of a dropdown do something; other values, which no page sends, do nothing.
+
+    Args:
+        dropdown: Dropdown.
+        act: Function that takes a choice, in a thread of the server.
+    """
+
+    @dropdown.on_update
+    def _(event: object) -> None:
+        if dropdown.value in dropdown.options:
+            act(dropdown.value)
+
+
 class PlayControls:
     """Play, pause, single step and speed."""
 
@@ -43,7 +57,7 @@ class PlayControls:
         choice = gui.add_dropdown("Speed", names, initial_value=first or names[0])
         self._play.on_click(lambda event: self.toggle())
         step.on_click(lambda event: self.step())
-        choice.on_update(lambda event: pace.set_speed(_speed_of(choice.value)))
+        on_choice(choice, lambda name: pace.set_speed(_speed_of(name)))
         bind(gui, "space", "Play or pause", self.toggle)
         bind(gui, "N", "One control step", self.step)
 
@@ -102,9 +116,9 @@ class SceneControls:
 
         bind(gui, "F", "Follow the robot", toggle_follow)
         colours = gui.add_dropdown("Points by", COLOURINGS)
-        colours.on_update(lambda event: change(lambda: scene.cloud.colour_by(colours.value)))
+        on_choice(colours, lambda name: change(lambda: scene.cloud.colour_by(name)))
         layers = gui.add_dropdown("Map", MAP_LAYERS, disabled=not has_map)
-        layers.on_update(lambda event: choose_layer(layers.value))
+        on_choice(layers, choose_layer)
         with gui.add_folder("Shown", expand_by_default=False):
             for name in LAYERS:
                 self._add_layer(gui, scene, change, name)
@@ -144,7 +158,7 @@ class SteeringControls:
             release: Function that lets all keys go.
         """
         self._steers = gui.add_dropdown("Controller", controllers, initial_value=first)
-        self._steers.on_update(lambda event: steer(self._steers.value))
+        on_choice(self._steers, steer)
         gui.add_markdown("Arrows or WASD: drive by hand. Space: pause. N: one step. F: follow.")
         self._press = press
         for name, key in ARROWS.items():

@@ -7,6 +7,7 @@ drive.
 
 import math
 import queue
+import secrets
 import sys
 import threading
 import time
@@ -86,7 +87,8 @@ class DriveView:
             ViewerError: If viser is not installed.
         """
         self._config, self._status, self._is_live = config, status, is_live
-        self.server = ViewServer(title, config.port)
+        token = secrets.token_urlsafe() if config.allow_commands else None
+        self.server = ViewServer(title, config.port, token)
         self.pace = Pace(config.speed, config.is_paused)
         self.frames = 0
         self._slot: Newest[DriveFrame] = Newest()

@@ -18,6 +18,7 @@ class ViewConfig:
         speed: Simulated or recorded seconds in a second; infinite waits for nothing.
         is_paused: True to begin with a pause.
         waits: True to begin when the first page is open.
+        allow_commands: True if pages may command a real robot; the address has a token then.
     """
 
     port: int = DEFAULT_PORT
@@ -25,3 +26,4 @@ class ViewConfig:
     speed: float = 1.0
     is_paused: bool = False
     waits: bool = False
+    allow_commands: bool = False

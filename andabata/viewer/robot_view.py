@@ -1,4 +1,4 @@
-"""View of a robot that drives by itself in a live graph: watched, and sent to goals by a click."""
+"""View of a robot that drives by itself in a live graph: watched, and sent to goals if allowed."""
 
 import math
 from collections.abc import Callable
@@ -27,6 +27,7 @@ class RobotView(DriveView):
             ViewerError: If viser is not installed.
         """
         live = replace(config, speed=math.inf, is_paused=False)
+        self._allow_commands = config.allow_commands
         super().__init__(live, "andabata ros navigator", status, is_live=True)
 
     def watch_robot(
@@ -40,7 +41,9 @@ class RobotView(DriveView):
         Args:
             parts: Navigator with its localizer and its perception.
             config: Its settings.
-            set_goal: Function that takes a goal in the map [m], shape (2,), from any thread.
+            set_goal: Function that takes a goal in the map [m], shape (2,), from any thread. Pages
+                have a control for it only where the choices allow commands.
         """
         source = FrameSource(parts.navigator, parts.localizer, parts.perception)
-        self.watch(parts.navigator, source, config, None, set_goal=set_goal)
+        allowed = set_goal if self._allow_commands else None
+        self.watch(parts.navigator, source, config, None, set_goal=allowed)

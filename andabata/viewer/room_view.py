@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Self
 
 from andabata.evaluation.room_moments import WatchedDrive
-from andabata.viewer.controls import PlayControls
+from andabata.viewer.controls import PlayControls, on_choice
 from andabata.viewer.export import PageWriter
 from andabata.viewer.options import ViewConfig
 from andabata.viewer.pace import Pace
@@ -117,12 +117,12 @@ class RoomView:
             name.capitalize(), names, initial_value=self._chosen[name]
         )
 
-        def choose() -> None:
-            self._chosen = self._chosen | {name: handle.value}
+        def choose(value: str) -> None:
+            self._chosen = self._chosen | {name: value}
             self._is_stale = True
             self._pace.nudge()
 
-        handle.on_update(lambda event: choose())
+        on_choice(handle, choose)
 
     def _add_layer(self, layer: str) -> None:
         """Add the check box of a layer."""

@@ -34,20 +34,26 @@ class ViewServer:
         port: Port of the page.
     """
 
-    def __init__(self, title: str, port: int = DEFAULT_PORT) -> None:
-        """Begin to serve.
+    def __init__(self, title: str, port: int = DEFAULT_PORT, token: str | None = None) -> None:
+        """Begin to serve pages of this machine; those of other sites are refused (``guard``).
 
         Args:
             title: Title over the controls.
             port: Port that is tried first; 0 takes any that is free.
+            token: Secret that is a part of the address; without it nothing is served. None serves
+                every program of this machine.
 
         Raises:
             ViewerError: If viser is not installed.
         """
         module = _import_viser()
-        self.viser: viser.ViserServer = module.ViserServer(
-            host=HOST, port=port, label=title, verbose=False
-        )
+        from andabata.viewer.guard import Guard, Remarks, guarded_servers
+
+        self._remarks, self._token = Remarks(), token
+        with guarded_servers(Guard(token, self._remarks.add)):
+            self.viser: viser.ViserServer = module.ViserServer(
+                host=HOST, port=port, label=title, verbose=False
+            )
         self.port: int = self.viser.get_port()
         self._wanted = port
         self._viewers_changed = threading.Condition()
@@ -75,8 +81,9 @@ class ViewServer:
 
     @property
     def url(self) -> str:
-        """Address of the page."""
-        return f"http://{HOST}:{self.port}"
+        """Address of the page, with the token if there is one."""
+        address = f"http://{HOST}:{self.port}"
+        return address if self._token is None else f"{address}/{self._token}/"
 
     @property
     def viewers(self) -> int:
@@ -84,11 +91,12 @@ class ViewServer:
         return len(self.viser.get_clients())
 
     def announce(self, status: Callable[[str], None]) -> None:
-        """Say where the page is, and how to see it from another computer.
+        """Say where the page is, and how to see it from another computer; then who was refused.
 
         Args:
-            status: Function that prints a line for the user.
+            status: Function that prints a line for the user, from any thread.
         """
+        self._remarks.status = status
         if self._wanted not in (0, self.port):
             status(f"port {self._wanted} is in use; the view takes the next free one")
         status(f"view: {self.url}")

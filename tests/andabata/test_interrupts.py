@@ -1,5 +1,6 @@
-"""Ctrl-C in the command line: quiet, with the exit code of an interrupt, wherever it comes."""
+"""Ctrl-C and SIGTERM in the command line: quiet, with one exit code, wherever they come."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -13,13 +14,21 @@ _CUT = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n"
 """Module or code that gets Ctrl-C."""
 
 
-def run(code, tmp_path, **modules):
+_TERM = _CUT.replace("SIGINT", "SIGTERM")
+
+
+def _path(folder):
+    """Return Python's path with a folder before it."""
+    return os.pathsep.join([str(folder), *sys.path])
+
+
+def run(code, tmp_path, env=None, **modules):
     for name, text in modules.items():
         (tmp_path / f"{name}.py").write_text(text)
     head = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n"
     head += "from andabata.interrupts import handle_interrupts; handle_interrupts()\n"
     words = [sys.executable, "-c", head + code]
-    return subprocess.run(words, capture_output=True, text=True, check=False, timeout=60)
+    return subprocess.run(words, capture_output=True, text=True, check=False, timeout=60, env=env)
 
 
 @pytest.mark.parametrize(
@@ -28,8 +37,9 @@ def run(code, tmp_path, **modules):
         _CUT,
         f"try:\n    exec({_CUT!r})\nexcept BaseException:\n    raise ImportError('no') from None\n",
         f"exec({_CUT!r})",
+        _TERM,
     ],
-    ids=["plain", "caught", "exec"],
+    ids=["plain", "caught", "exec", "term"],
 )
 def test_within_an_import_the_process_ends_at_once(tmp_path, cut):
     """Whatever the imported module makes of it, there is one line and exit code 130."""
@@ -45,13 +55,14 @@ def test_the_line_is_written_though_an_import_has_replaced_stderr(tmp_path):
     assert (done.returncode, done.stderr) == (130, "interrupted\n")
 
 
-def test_elsewhere_the_interrupt_is_raised_and_what_is_open_is_closed(tmp_path):
+@pytest.mark.parametrize("cut", [_CUT, _TERM], ids=["ctrl-c", "term"])
+def test_elsewhere_the_interrupt_is_raised_and_what_is_open_is_closed(tmp_path, cut):
     """Blocks end in their order; a caught interrupt leaves no trace in the exit code."""
     code = f"""
 import sys
 try:
     try:
-        exec({_CUT!r})
+        exec({cut!r})
     finally:
         print("closed")
 except KeyboardInterrupt:
@@ -61,13 +72,14 @@ except KeyboardInterrupt:
     assert (done.returncode, done.stdout, done.stderr) == (130, "closed\n", "")
 
 
-def test_an_interrupt_in_a_destructor_is_raised_again(tmp_path):
+@pytest.mark.parametrize("cut", [_CUT, _TERM], ids=["ctrl-c", "term"])
+def test_an_interrupt_in_a_destructor_is_raised_again(tmp_path, cut):
     """It is not lost, and nothing is printed of it."""
     code = f"""
 import time
 class Cut:
     def __del__(self):
-        exec({_CUT!r})
+        exec({cut!r})
 try:
     Cut()
     time.sleep(30)
@@ -90,6 +102,31 @@ print("on")
     assert run(code, tmp_path).stdout == "on\n"
 
 
+def test_a_job_in_the_background_is_ended_by_sigterm(tmp_path):
+    """A shell lets it ignore Ctrl-C; SIGTERM still closes what is open."""
+    head = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+    (tmp_path / "sitecustomize.py").write_text(head)
+    code = f"try:\n    exec({_TERM!r})\nfinally:\n    print('closed')"
+    done = run(code, tmp_path, env=os.environ | {"PYTHONPATH": _path(tmp_path)})
+    assert done.stdout == "closed\n"
+
+
+def test_workers_are_ended_by_their_parent_as_ever(tmp_path):
+    """A process of a pool keeps the system's handler of SIGTERM, which ends it at once."""
+    (tmp_path / "work.py").write_text(
+        "import signal\nfrom andabata.interrupts import handle_interrupts\n"
+        "def handler(_):\n    handle_interrupts()\n    return signal.getsignal(signal.SIGTERM)\n"
+    )
+    code = """
+import multiprocessing, signal, work
+with multiprocessing.get_context("spawn").Pool(1) as pool:
+    assert pool.map(work.handler, [0]) == [signal.SIG_DFL]
+print("ended")
+"""
+    done = run(code, tmp_path)
+    assert (done.stdout, done.stderr) == ("ended\n", "")
+
+
 @pytest.mark.parametrize("words", [["-m", "andabata"], ["SCRIPT"]], ids=["module", "script"])
 def test_the_command_is_quiet_from_its_first_import_on(tmp_path, words):
     """Gymnasium is what the package imports first: Ctrl-C there ends the command quietly."""
@@ -98,12 +135,9 @@ def test_the_command_is_quiet_from_its_first_import_on(tmp_path, words):
     script.write_text("import sys\nfrom andabata.app.cli import run\nrun()\n")
     head = f"import sys; sys.path.insert(0, {str(tmp_path)!r})"
     (tmp_path / "sitecustomize.py").write_text(head)
-    import os
-
-    path = os.pathsep.join([str(tmp_path), *sys.path])
     done = subprocess.run(
         [sys.executable, *(str(script) if word == "SCRIPT" else word for word in words)],
-        env=os.environ | {"PYTHONPATH": path},
+        env=os.environ | {"PYTHONPATH": _path(tmp_path)},
         capture_output=True,
         text=True,
         check=False,

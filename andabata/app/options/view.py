@@ -53,6 +53,15 @@ ViewWait = Annotated[
     ),
 ]
 
+AllowCommands = Annotated[
+    bool,
+    typer.Option(
+        "--allow-commands",
+        help="With --view: who has the printed link may send the robot to a goal. Keep it secret.",
+        rich_help_panel=_VIEW,
+    ),
+]
+
 
 @dataclass(frozen=True)
 class PageOptions:
@@ -94,4 +103,25 @@ class DriveViewOptions(ViewOptions):
             return replace(self.view_config(), waits=self.view_wait)
         if self.view_wait:
             raise UsageError("--view-wait: expected --view beside it, got no live view")
+        return None
+
+
+@dataclass(frozen=True)
+class RobotViewOptions(ViewOptions):
+    """Live view of a real robot, which is watched alone unless told: ``--allow-commands``."""
+
+    allow_commands: AllowCommands = False
+
+    def wanted(self) -> "ViewConfig | None":
+        """Return the choices of who watches; None without a view.
+
+        Raises:
+            UsageError: If pages are to command the robot, and there is none.
+        """
+        from andabata.configuration.usage import UsageError
+
+        if self.view:
+            return replace(self.view_config(), allow_commands=self.allow_commands)
+        if self.allow_commands:
+            raise UsageError("--allow-commands: expected --view beside it, got no live view")
         return None

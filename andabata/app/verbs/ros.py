@@ -15,7 +15,7 @@ from andabata.app.options.shared import (
     RobotOptions,
     SettingsOptions,
 )
-from andabata.app.options.view import ViewOptions
+from andabata.app.options.view import RobotViewOptions
 from worlds.splits import DEVELOPMENT_SEED
 
 app = typer.Typer(
@@ -35,7 +35,7 @@ def navigator(
     robot: Robot = "andabata",
     sensors: SensorOptions,
     models: ModelOptions,
-    viewer: ViewOptions,
+    viewer: RobotViewOptions,
     output: ConsoleOptions,
 ) -> None:
     """Run the nodes of the paper's Figure 11: scanner, filter, virtual scan, actor, wheels.
@@ -46,6 +46,7 @@ def navigator(
         andabata ros navigator --controller reactive --seconds 60 --json
         andabata ros navigator --robot husky --cloud /points --datum 40.1,-3.4
         andabata ros navigator --view --view-port 8090
+        andabata ros navigator --view --allow-commands
     """
     from andabata.app.live import run_navigator
     from andabata.app.replay_text import navigation_text
@@ -70,7 +71,7 @@ def navigator(
         goal=drive.first_goal(),
         seconds=drive.seconds,
         local_map=drive.local_map,
-        view=viewer.view_config() if viewer.view else None,
+        view=viewer.wanted(),
     )
     console.result(data, navigation_text(data))
 

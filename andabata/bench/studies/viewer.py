@@ -41,7 +41,7 @@ _COUNT_DRAWINGS = """
 }
 """
 
-_CAMERA = {
+CAMERA = {
     "type": "ViewerCameraMessage",
     "wxyz": (1.0, 0.0, 0.0, 0.0),
     "position": (0.0, 0.0, 5.0),
@@ -160,7 +160,7 @@ def read_page(url: str) -> None:
         connect(address, subprotocols=[protocol], max_size=None, compression=None) as socket,
     ):
         # A page counts as open once its camera is known.
-        socket.send(msgspec.msgpack.encode(_CAMERA))
+        socket.send(msgspec.msgpack.encode(CAMERA))
         while True:
             socket.recv()
 

@@ -1,7 +1,10 @@
 """One drive, from a world's name to a path, and its recording."""
 
+import errno
 import json
+import sqlite3
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -186,3 +189,27 @@ def test_the_command_draws_a_drive(capsys, tmp_path):
     assert data["attempts"][0]["trespass_m"] == 0.0
     assert (tmp_path / "drive/drive.png").stat().st_size > 10_000
     assert json.loads((tmp_path / "drive/run.json").read_text())["config"]["plant"] == "kinematic"
+
+
+def test_a_full_disk_names_the_recording_and_the_next_step(tmp_path, monkeypatch):
+    """Files of ROS 1 and MCAP raise the system's error, sqlite3 its own; others stay."""
+    disk = sqlite3.connect(":memory:")
+    disk.execute("PRAGMA max_page_count = 1")
+
+    def fill(ending):
+        if ending == ".db3":
+            disk.execute("CREATE TABLE a (b)")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    for ending in (".mcap", ".db3"):
+        path = tmp_path / f"drive{ending}"
+        writer = SimpleNamespace(close=lambda ending=ending: fill(ending))
+        monkeypatch.setattr(Recording, "watch", lambda *_, writer=writer: writer)
+        with pytest.raises(OSError, match="disk space for the recording, got none") as error:
+            short(record=Recording(path))
+        assert error.value.filename == str(path)
+    disk.close()
+    broken = SimpleNamespace(close=lambda: sqlite3.connect(":memory:").execute("nonsense"))
+    monkeypatch.setattr(Recording, "watch", lambda *_: broken)
+    with pytest.raises(sqlite3.OperationalError, match="syntax error"):
+        short(record=Recording(tmp_path / "drive.db3"))

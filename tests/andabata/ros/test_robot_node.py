@@ -1,5 +1,6 @@
 """A simulated robot publishes its readings in time and follows fresh commands only."""
 
+import signal
 from collections import Counter
 from types import SimpleNamespace
 
@@ -7,12 +8,15 @@ import numpy as np
 import pytest
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.bench.studies.ros_graph import finished_bag, running
 from andabata.machine.reality import Reality
 from andabata.records import topics
+from andabata.records.bags import Bag
 from andabata.records.messages import NS, MessageBuilder
 from andabata.ros.robot_node import RobotNode
 from andabata.tasks.episode_monitor import TerminationConfig
 from tests.support.played_graph import PlayedGraph
+from tests.support.ros_tools import needs_ros
 from worlds.catalogue import make_world, patch
 from worlds.rays.scene import RayScene
 from worlds.world import Start, Task
@@ -86,6 +90,52 @@ def test_the_simulated_robot_is_as_real_as_its_settings(scene):
     _, late, _ = drive(scene, commands, reality=Reality(latency=2.0))
     assert np.ptp(places(prompt), axis=0).max() > 0.1
     assert np.ptp(places(late), axis=0).max() < 0.01
+
+
+@needs_ros
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "hangs"])
+def test_a_navigator_that_is_killed_or_hangs_is_stopped_by_the_base(tmp_path, end):
+    """On a live graph the robot moves till the last command, and stands soon after the time-out."""
+    with running(tmp_path) as graph:
+        graph.andabata("robot", "--world", "natural-test", "--set", "plant=kinematic")
+        graph.wait_for("/initialpose", "Publishers:")
+        path = tmp_path / "live.bag"
+        watched = ("/wheel_speed_cmd", "/ground_truth")
+        recorder = graph.start("rosbag", "record", "-O", path, *watched)
+        navigator = graph.andabata("navigator", "--controller", "straight")
+        graph.wait_for("/wheel_speed_cmd", "Publishers:")
+        wait_for_a_drive(graph)
+        graph.tool("rostopic", "echo", "-n", "10", "/wheel_speed_cmd")
+        navigator.send_signal(end)
+        graph.tool("rostopic", "echo", "-n", "200", "/imu")  # Two seconds.
+        navigator.kill()
+        commands, places = recorded(finished_bag(recorder, path))
+    last = commands[-1]
+    before, after = (places[abs(places[:, 0] - last - each) < 0.5] for each in (-0.5, 1.4))
+    assert np.ptp(before[:, 1:], axis=0).max() > 0.05
+    assert len(after) > 5
+    assert np.ptp(after[:, 1:], axis=0).max() < 0.01
+
+
+def wait_for_a_drive(graph):
+    """Wait until the navigator has a first scan and commands a speed."""
+    for _ in range(60):
+        if "x: 0.3" in graph.tool("rostopic", "echo", "-n", "1", "/cmd_vel"):
+            return
+    raise TimeoutError("/cmd_vel: expected a speed, got a standstill")
+
+
+def recorded(path):
+    """Return the times of commands [s], and those of true positions with x and y [m]."""
+    commands, places = [], []
+    with Bag(path) as bag:
+        for message in bag.messages():
+            if message.topic == "/ground_truth":
+                p = message.content.pose.pose.position
+                places.append([message.stamp_ns / NS, p.x, p.y])
+            else:
+                commands.append(message.stamp_ns / NS)
+    return commands, np.array(places)
 
 
 def reached(seconds, x):

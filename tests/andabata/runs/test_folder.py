@@ -1,7 +1,10 @@
 """Run folders describe how a run came about."""
 
+import errno
 import json
+import os
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -76,3 +79,17 @@ def test_a_folder_is_made_with_its_parents_once(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(FileExistsError):
         make_folder(tmp_path / "file")
+
+
+@pytest.mark.parametrize("number", [errno.EROFS, errno.ENOSPC])
+def test_a_folder_that_cannot_be_made_is_named_with_the_next_step(tmp_path, monkeypatch, number):
+    """Also where it is a parent that cannot be made."""
+
+    def fail(path, *rest, **words):
+        raise OSError(number, os.strerror(number), str(tmp_path / "a"))
+
+    monkeypatch.setattr(Path, "mkdir", fail)
+    for folder in (tmp_path / "a", tmp_path / "a/b/c"):
+        with pytest.raises(OSError, match=r"take another folder|free some and go on") as error:
+            make_folder(folder)
+        assert (error.value.errno, error.value.filename) == (number, str(folder))

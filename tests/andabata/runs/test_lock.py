@@ -1,10 +1,12 @@
 """Lock of a run folder: one command writes there, and a dead one is no obstacle."""
 
+import errno
 import os
 import signal
 import subprocess
 import sys
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -122,3 +124,45 @@ def test_the_lock_of_a_file_needs_its_folder(tmp_path, capsys):
     out = tmp_path / "missing/mine.npz"
     assert main(["classifier", "adapt", "none.bag", "--clouds", "none", "--out", str(out)]) == 1
     assert capsys.readouterr().err == f"error: {out.parent}: expected an existing folder\n"
+
+
+def test_who_gets_the_lock_sweeps_what_kills_have_left(tmp_path):
+    """Of a folder all of it; of a file only its own."""
+    (tmp_path / "deep").mkdir()
+    for name in (".a.npz.abcdefgh.part", ".b.abcdefgh.part", "deep/.c.abcdefgh.part"):
+        (tmp_path / name).touch()
+    with locked_file(tmp_path / "a.npz"):
+        left = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*.part"))
+        assert left == [".b.abcdefgh.part", "deep/.c.abcdefgh.part"]
+    with locked_folder(tmp_path):
+        assert list(tmp_path.rglob("*.part")) == []
+
+
+def test_a_busy_folder_is_not_swept(tmp_path, other):
+    """A refused command changes nothing."""
+    left = tmp_path / "run/.b.abcdefgh.part"
+    left.touch()
+    with pytest.raises(RunLockError), locked_folder(tmp_path / "run"):
+        pass
+    assert left.exists()
+
+
+@pytest.mark.parametrize(
+    ("number", "expected"),
+    [
+        (errno.EROFS, "expected permission to write, got 'Read-only file system'; take another"),
+        (errno.ENOSPC, "expected disk space for a lock, got none; free some and go on"),
+    ],
+)
+def test_a_folder_that_cannot_be_written_is_named_before_the_work(
+    tmp_path, monkeypatch, number, expected
+):
+    """The text gives the next step, whether it is read-only or on a full disk."""
+
+    def fail(path, *rest, **words):
+        raise OSError(number, os.strerror(number), str(path))
+
+    monkeypatch.setattr(Path, "open", fail)
+    with pytest.raises(OSError, match=expected) as error, locked_folder(tmp_path):
+        pass
+    assert error.value.filename == str(tmp_path / LOCK)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from andabata.app.options.view import DriveViewOptions
+from andabata.app.options.view import DriveViewOptions, RobotViewOptions
 from andabata.configuration.usage import UsageError
 
 
@@ -18,3 +18,15 @@ def test_a_drive_waits_only_for_a_page_that_there_is():
     assert waits == replace(shown, waits=True)
     with pytest.raises(UsageError, match="--view-wait: expected --view beside it"):
         DriveViewOptions(view_wait=True).wanted()
+
+
+def test_a_robot_is_commanded_only_where_it_is_allowed():
+    """Watching is the default; ``--allow-commands`` without ``--view`` is refused."""
+    assert RobotViewOptions().wanted() is None
+    watched = RobotViewOptions(view=True).wanted()
+    assert watched is not None
+    assert not watched.allow_commands
+    commanded = RobotViewOptions(view=True, allow_commands=True).wanted()
+    assert commanded == replace(watched, allow_commands=True)
+    with pytest.raises(UsageError, match="--allow-commands: expected --view beside it"):
+        RobotViewOptions(allow_commands=True).wanted()

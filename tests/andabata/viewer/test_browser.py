@@ -157,7 +157,7 @@ def test_every_check_box_reaches_the_scene(drive, page):
         "Cells": lambda: not scene._cells._shows_cells,
         "Ranges": lambda: not scene._cells._ranges.visible,
         "Plan": lambda: not scene._way._shows_plan,
-        "Estimate": lambda: not scene._robot._estimate.visible,
+        "Estimate": lambda: not scene._estimate._lines.visible,
     }
     for name, is_hidden in hidden.items():
         page.get_by_label(name, exact=True).first.click()

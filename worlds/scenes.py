@@ -38,7 +38,7 @@ class SceneCache:
             capacity: Largest number of scenes.
         """
         self._capacity = capacity
-        self._scenes: OrderedDict[tuple[str, int, float | None], Scene] = OrderedDict()
+        self._scenes: OrderedDict[tuple[str, int, float | None, str | None], Scene] = OrderedDict()
 
     def get(
         self,
@@ -61,7 +61,9 @@ class SceneCache:
             UnsolvableWorldError: If no world with safe paths is found in a few attempts.
         """
         # A file holds one world.
-        key = (preset, 0, None) if is_world_file(preset) else (preset, seed, difficulty)
+        key = (preset, seed, difficulty, release)
+        if is_world_file(preset):
+            key = (preset, 0, None, None)
         if key not in self._scenes:
             world = make_world(preset, seed, difficulty, release=release)
             self._scenes[key] = Scene(world, RayScene(world))

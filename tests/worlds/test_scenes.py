@@ -10,7 +10,7 @@ from worlds.scenes import SceneCache
 def made(monkeypatch):
     """Replace worlds by their keys, and return the list of those made."""
     keys = []
-    monkeypatch.setattr(scenes_module, "make_world", lambda *key: keys.append(key) or key)
+    monkeypatch.setattr(scenes_module, "make_world", lambda *key, release: keys.append(key) or key)
     monkeypatch.setattr(scenes_module, "RayScene", lambda world: world)
     return keys
 
@@ -36,3 +36,12 @@ def test_the_scene_used_longest_ago_is_dropped_first(made):
     assert made == []
     scenes.get("maze", 2)
     assert made == [("maze", 2, None)]
+
+
+def test_a_scene_of_a_release_is_not_another_ones(made):
+    """What was made to judge a release is not handed out for another purpose."""
+    scenes = SceneCache()
+    judged = scenes.get("maze", 1, release="0.2.0")
+    assert scenes.get("maze", 1, release="0.2.0") is judged
+    assert scenes.get("maze", 1) is not judged
+    assert len(made) == 2

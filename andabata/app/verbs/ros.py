@@ -45,8 +45,7 @@ def navigator(
         andabata ros navigator --start 0,0,90 --goal 20,5
         andabata ros navigator --controller reactive --seconds 60 --json
         andabata ros navigator --robot husky --cloud /points --datum 40.1,-3.4
-        andabata ros navigator --view --view-port 8090
-        andabata ros navigator --view --allow-commands
+        andabata ros navigator --view --view-port 8090 --allow-commands
     """
     from andabata.app.live import run_navigator
     from andabata.app.replay_text import navigation_text

@@ -43,7 +43,7 @@ class LedgerEntry(BaseModel):
         state: ``begun`` until a judging run has its table, then ``finished``.
         run: Number of a judging run, which its folder knows, too.
         page: Page that has the table, under ``docs/results``.
-        remark: What else is to be known.
+        remark: Further remarks; empty for none.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -130,7 +130,7 @@ def explained(path: Path, needed: str) -> Iterator[None]:
 
     Args:
         path: File or folder that is written.
-        needed: What the disk has to take.
+        needed: Name or size of what is written, for the message.
 
     Raises:
         OSError: With another text than the one that the block has raised.

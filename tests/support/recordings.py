@@ -60,7 +60,7 @@ def write_mcap(path, count=10, compression="zstd", chunk=1 << 20, finish=True, r
     with path.open("wb") as file:
         packed = NAME_OF[compression]
         writer = McapWriter(file, chunk_size=chunk, compression=packed, **options)
-        writer.start(profile=f"ros{ros}", library="another recorder")
+        writer.start(profile=f"ros{ros}", library="library of a writer")
         kind = STRING if ros == 2 else "std_msgs/String"
         schema = writer.register_schema(kind, f"ros{ros}msg", b"string data\n")
         encoding = "cdr" if ros == 2 else "ros1"

@@ -111,7 +111,7 @@ def check_chunks(data: bytes, start: int, n_points: int, content: bytes, laz: La
         start: Begin of the points, where the place of the chunk table is.
         n_points: Number of points that the header counts.
         content: Content of LAZ's own record.
-        laz: The same record, parsed.
+        laz: Parsed record of that content.
 
     Raises:
         FormatError: If they do not.

@@ -163,7 +163,7 @@ def test_a_whole_mcap_file_is_the_same_to_mcap(tmp_path, compression, options, r
     before, after = by_mcap(path), by_mcap(tmp_path / "kept.mcap")
     assert after == before
     assert after[0].profile == f"ros{ros}"
-    assert after[0].library == "another recorder"
+    assert after[0].library == "library of a writer"
     assert after[2][0][1].metadata == {"callerid": "/node0"}
     kinds = {b"zstd", b"lz4"}
     packed = {kind for kind in kinds if kind in path.read_bytes()}

@@ -61,8 +61,12 @@ def build_truth(
     objects: tuple[SceneObject, ...],
     config: TruthConfig,
     surface: NDArray[np.uint8] | None = None,
+    base: Heightfield | None = None,
 ) -> TraversabilityMap:
     """Return the true map of a world.
+
+    Slope and step are those of the ground without what a wheel rolls over; objects stand on the
+    ground as it is.
 
     Args:
         ground: The heightfield.
@@ -70,10 +74,12 @@ def build_truth(
         config: Limits of the robot.
         surface: Semantic class of each grid cell of the heightfield, uint8, shape
             (nx - 1, ny - 1); None for plain ground.
+        base: The ground without roughness that wheels roll over; None if it has none.
     """
     cell = config.cell
     x, y = _centres(ground.width, cell), _centres(ground.depth, cell)
-    slope, step = slope_and_step(ground.height_at(x[:, None], y[None, :]), cell)
+    heights = (base or ground).height_at(x[:, None], y[None, :])
+    slope, step = slope_and_step(heights, cell)
     severity = np.maximum(
         (slope - config.max_slope) / config.slope_margin,
         (step - config.max_step) / config.step_margin,
@@ -111,7 +117,7 @@ def with_vegetation_limit(world: World, limit: float) -> World:
         TRAITS[each.semantic].by_height for each in world.objects
     ):
         return world
-    truth = build_truth(world.ground, world.objects, config, world.surface)
+    truth = build_truth(world.ground, world.objects, config, world.surface, world.base)
     return replace(world, truth=truth)
 
 

@@ -57,6 +57,8 @@ class World:
         tasks: Starts and goals, each with a safe path that was found when the world was made.
         truth: True map of where the robot may drive; walkers are not in it.
         movers: Walkers, as they are when a robot is put down.
+        base: The ground without roughness that wheels roll over, of which the true map is built;
+            None if it has none.
     """
 
     name: str
@@ -68,6 +70,7 @@ class World:
     tasks: tuple[Task, ...]
     truth: TraversabilityMap
     movers: tuple[Mover, ...] = ()
+    base: Heightfield | None = None
 
 
 def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> Task:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from terrain.kernel import borrowing_kernel, inlined_kernel, kernel
 from worlds.rays.geometry import NO_CLASS, Hit, Ray, Span, clip, read_ray
 from worlds.rays.ground import block_cells, hit_ground, over_ground, start_of_walk, to_grid
-from worlds.rays.layout import GROUND_TOP, OBJECTS_BOTTOM, OBJECTS_TOP, Lattice, Layout
+from worlds.rays.layout import GROUND_TOP, OBJECTS_BOTTOM, OBJECTS_TOP, Lattice, Layout, Lid
 from worlds.rays.objects import RATES, Crossings, absorb, cross, misses_box
 from worlds.rays.packet import PACKET, packet_span
 
@@ -71,7 +71,7 @@ def _cast_rays(
     """
     heights, surface, frame = layout.ground
     kinds, boxes, starts, planes = layout.objects
-    lattice, tops, firsts, members = layout.blocks
+    lattice, tops, lids, firsts, members = layout.blocks
     columns, rows = tops.shape[0], tops.shape[1]
     nx, ny = surface.shape
     enters, leaves, porous = crossings  # The first ``n_porous`` of each are valid.
@@ -100,7 +100,8 @@ def _cast_rays(
             # Ground of the block, where the ray comes down to it.
             if low <= tops[i, j, GROUND_TOP]:
                 begin, until = max(here, over.begin), min(there, over.end, hit.range)
-                begin, side = start_of_walk(ray, tops[i, j, GROUND_TOP], begin, side)
+                lid = Lid(lids[i, j, 0], lids[i, j, 1], lids[i, j, 2])
+                begin, side = start_of_walk(ray, lid, begin, until, side)
                 if begin < until:
                     cells = block_cells(lattice, i, j, nx, ny)
                     ground_hit = hit_ground(heights, grid_ray, begin, until, cells, side)

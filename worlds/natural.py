@@ -24,6 +24,7 @@ from terrain.objects import SceneObject, bounds, rock
 from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
 from terrain.stands import stand
 from worlds.goals import sample_tasks
+from worlds.ground_cover import CoverConfig, ground_cover
 from worlds.rooms.movers import Mover
 from worlds.rough_ground import RoughnessConfig, rough_ground
 from worlds.truth import TruthConfig, build_truth
@@ -71,6 +72,7 @@ class NaturalConfig(BaseModel):
         longest: Largest length of a safe path from goal to goal [m]; in 300 s a robot drives 90 m.
         walkers: Number, size and speed of what walks about.
         roughness: What wheels roll over.
+        cover: Low plants and leaves on the ground.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -108,6 +110,7 @@ class NaturalConfig(BaseModel):
     longest: float = Field(default=70.0, gt=2)
     walkers: WalkerConfig = Field(default_factory=WalkerConfig)
     roughness: RoughnessConfig = Field(default_factory=RoughnessConfig)
+    cover: CoverConfig = Field(default_factory=CoverConfig)
 
 
 def make_natural(
@@ -128,7 +131,7 @@ def make_natural(
     Raises:
         UnsolvableWorldError: If no tasks with safe paths are found.
     """
-    ground_rng, object_rng, task_rng, walker_rng, rough_rng = rng.spawn(5)
+    ground_rng, object_rng, task_rng, walker_rng, rough_rng, cover_rng = rng.spawn(6)
     smooth, surface = _ground(config, difficulty, ground_rng)
     ground, base = smooth, None
     if not config.roughness.is_smooth:
@@ -137,14 +140,17 @@ def make_natural(
     objects = _objects(ground, smooth, config, difficulty, object_rng)
     removed = _on_path(objects, ground, surface)
     objects = tuple(each for each, gone in zip(objects, removed, strict=True) if not gone)
-    truth = build_truth(ground, objects, TruthConfig(), surface, base)
+    cover = ground_cover(surface, ground.cell, config.cover, difficulty, cover_rng)
+    truth = build_truth(ground, objects, TruthConfig(), surface, base, cover)
     reach = (config.near, config.far)
     tasks = sample_tasks(truth, config.tasks, config.goals, reach, config.longest, task_rng)
     movers: tuple[Mover, ...] = ()
     if config.walkers.count:
         room = solids_room(ground, objects)
         movers = draw_walkers(config.walkers, room, tasks, walker_rng)
-    return World(name, seed, difficulty, ground, surface, objects, tasks, truth, movers, base)
+    return World(
+        name, seed, difficulty, ground, surface, objects, tasks, truth, movers, base, cover
+    )
 
 
 def _ground(

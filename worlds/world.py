@@ -59,6 +59,8 @@ class World:
         movers: Walkers, as they are when a robot is put down.
         base: The ground without roughness that wheels roll over, of which the true map is built;
             None if it has none.
+        cover: Height of the low plants and leaves on each grid cell, in which beams stop and which
+            wheels do not feel [cm], uint8, shape (nx - 1, ny - 1); None for bare ground.
     """
 
     name: str
@@ -71,6 +73,7 @@ class World:
     truth: TraversabilityMap
     movers: tuple[Mover, ...] = ()
     base: Heightfield | None = None
+    cover: NDArray[np.uint8] | None = None
 
 
 def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> Task:

@@ -109,6 +109,8 @@ def world_to_bytes(world: World) -> bytes:
     }
     if world.base is not None:
         arrays["base"] = world.base.heights
+    if world.cover is not None:
+        arrays["cover"] = world.cover
     whole = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     # One key, since the order of several is not always the same.
     # A world without walkers or roughness has the bytes that it had before there were any.
@@ -159,7 +161,8 @@ def _world(header: _Header, arrays: dict[str, NDArray[np.generic]]) -> World:
     objects = tuple(_objects(arrays))
     tasks = tuple(Task(Start(*task.start), task.goals) for task in header.tasks)
     base = _base(header, arrays, ground)
-    truth = build_truth(ground, objects, TruthConfig(), surface, base)
+    cover = _cover(arrays, surface)
+    truth = build_truth(ground, objects, TruthConfig(), surface, base, cover)
     movers = tuple(Mover(one.place, one.velocity, one.plan) for one in header.movers)
     return World(
         header.name,
@@ -172,6 +175,7 @@ def _world(header: _Header, arrays: dict[str, NDArray[np.generic]]) -> World:
         truth,
         movers,
         base,
+        cover,
     )
 
 
@@ -191,6 +195,22 @@ def _base(
     if not np.allclose(*sizes, rtol=1e-6):
         raise ValueError(f"base: expected the size of the ground, {sizes[1]} m, got {sizes[0]} m")
     return base
+
+
+def _cover(
+    arrays: dict[str, NDArray[np.generic]], surface: NDArray[np.uint8]
+) -> NDArray[np.uint8] | None:
+    """Return the height of the low plants on each cell [cm], None for bare ground.
+
+    Raises:
+        ValueError: If it is not of the grid's shape.
+    """
+    heights = arrays.get("cover")
+    if heights is None:
+        return None
+    if heights.dtype != np.uint8 or heights.shape != surface.shape:
+        raise ValueError(f"cover: expected uint8, one value a cell, got shape {heights.shape}")
+    return heights.astype(np.uint8)
 
 
 def _objects(arrays: dict[str, NDArray[np.generic]]) -> list[SceneObject]:

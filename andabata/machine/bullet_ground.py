@@ -49,14 +49,16 @@ class GroundWindow:
         return True
 
     def _make(self, x: float, y: float) -> None:
-        """Create the window around a place in the map [m]; at the border the ground ends with it."""
+        """Create the window around a place in the map [m]; it ends at the ground's border."""
         ground = self._ground
         spans = []
         for place, half, count in zip(
             (x, y), (ground.width / 2, ground.depth / 2), ground.heights.shape, strict=True
         ):
             first = int(np.clip((place + half - _REACH) / ground.cell, 0, count - 2))
-            last = int(np.clip(np.ceil((place + half + _REACH) / ground.cell), first + 1, count - 1))
+            last = int(
+                np.clip(np.ceil((place + half + _REACH) / ground.cell), first + 1, count - 1)
+            )
             spans.append((first, last, (first + last) / 2 * ground.cell - half))
         (i, k, middle_x), (j, n, middle_y) = spans
         part = Heightfield(np.ascontiguousarray(ground.heights[i : k + 1, j : n + 1]), ground.cell)

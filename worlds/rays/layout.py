@@ -25,6 +25,9 @@ _LIFT = 1e-6
 _SAME_PLANE = 1e-4
 """Largest difference between the planes of two triangles of one face; margin of the boxes [m]."""
 
+_NO_COVER = np.zeros((0, 0), dtype=np.uint8)
+"""``Ground.cover`` of a world without low plants."""
+
 _MAX_DENT = 0.005
 """Largest height of a vertex above another face's plane in a convex object [m]."""
 
@@ -49,11 +52,14 @@ class Ground(NamedTuple):
     Attributes:
         heights: Heights at the grid's corners [m], float32, shape (nx, ny).
         surface: Semantic class of each grid cell, uint8, shape (nx - 1, ny - 1).
+        cover: Height of the low plants on each grid cell [cm], uint8, shape (nx - 1, ny - 1);
+            (0, 0) where there are none.
         frame: Position and resolution of the grid.
     """
 
     heights: NDArray[np.float32]
     surface: NDArray[np.uint8]
+    cover: NDArray[np.uint8]
     frame: GridFrame
 
 
@@ -157,6 +163,7 @@ def build_layout(world: World) -> Layout:
     ground = Ground(
         np.ascontiguousarray(field.heights),
         np.ascontiguousarray(world.surface),
+        _NO_COVER if world.cover is None else np.ascontiguousarray(world.cover),
         GridFrame(-field.width / 2, -field.depth / 2, field.cell),
     )
     return Layout(ground, _convex_objects(world.objects), _blocks(ground, world.objects))
@@ -359,9 +366,7 @@ def _ground_tops(heights: NDArray[np.float32], cells: int) -> NDArray[np.float32
 
 
 @kernel
-def _ground_lids(
-    heights: NDArray[np.float32], frame: GridFrame, cells: int
-) -> NDArray[np.float64]:
+def _ground_lids(heights: NDArray[np.float32], frame: GridFrame, cells: int) -> NDArray[np.float64]:
     """Return ``Lid`` of each block of ``cells`` x ``cells`` grid cells, shape (bx, by, 3).
 
     Args:

@@ -9,7 +9,9 @@ and highest point.
 import numpy as np
 from numpy.typing import NDArray
 
+from terrain.classes import SemanticClass
 from terrain.kernel import borrowing_kernel, inlined_kernel, kernel
+from worlds.rays.cover import stop_in_cover
 from worlds.rays.geometry import NO_CLASS, Hit, Ray, Span, clip, read_ray
 from worlds.rays.ground import block_cells, hit_ground, over_ground, start_of_walk, to_grid
 from worlds.rays.layout import GROUND_TOP, OBJECTS_BOTTOM, OBJECTS_TOP, Lattice, Layout, Lid
@@ -69,7 +71,7 @@ def _cast_rays(
         ranges: Output: ranges [m].
         classes: Output: semantic classes.
     """
-    heights, surface, frame = layout.ground
+    heights, surface, cover, frame = layout.ground
     kinds, boxes, starts, planes = layout.objects
     lattice, tops, lids, firsts, members = layout.blocks
     columns, rows = tops.shape[0], tops.shape[1]
@@ -143,6 +145,10 @@ def _cast_rays(
                 to_j += lattice.edge * abs(ray.iy)
             if i < 0 or i >= columns or j < 0 or j >= rows:
                 break
+        if cover.size and np.isfinite(hit.range):
+            stop = stop_in_cover(layout.ground, grid_ray, hit.range)
+            if stop < hit.range:
+                hit = Hit(stop, np.int64(SemanticClass.SHORT_GRASS))
         if n_porous and np.isfinite(optical_depths[number]):
             hit = absorb(
                 hit,

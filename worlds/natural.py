@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,27 @@ from worlds.world import World
 
 Maker = Callable[[Heightfield, float, float, np.random.Generator], list[SceneObject]]
 """Generator of the parts of one object at map x, y [m] on the ground."""
+
+Placed = Callable[[Heightfield], Sequence[SceneObject]]
+"""Generator of objects at places of their own on the ground."""
+
+
+class Streams(NamedTuple):
+    """Sources of randomness of what is on smooth ground: a change of one does not move the others.
+
+    Attributes:
+        objects: Source of places and sizes of objects.
+        tasks: Source of starts and goals.
+        walkers: Source of walkers.
+        roughness: Source of what wheels roll over.
+        cover: Source of low plants and leaves.
+    """
+
+    objects: np.random.Generator
+    tasks: np.random.Generator
+    walkers: np.random.Generator
+    roughness: np.random.Generator
+    cover: np.random.Generator
 
 
 class NaturalConfig(BaseModel):
@@ -118,8 +139,7 @@ def make_natural(
 ) -> World:
     """Return a natural world.
 
-    Ground, objects, tasks and walkers have random streams of their own: a change of one does not
-    move the others.
+    The ground has a random stream of its own, as each part of ``Streams``.
 
     Args:
         name: Name of the preset.
@@ -131,23 +151,53 @@ def make_natural(
     Raises:
         UnsolvableWorldError: If no tasks with safe paths are found.
     """
-    ground_rng, object_rng, task_rng, walker_rng, rough_rng, cover_rng = rng.spawn(6)
+    ground_rng, *others = rng.spawn(6)
     smooth, surface = _ground(config, difficulty, ground_rng)
+    return natural_on(name, seed, config, difficulty, smooth, surface, Streams(*others))
+
+
+def natural_on(
+    name: str,
+    seed: int,
+    config: NaturalConfig,
+    difficulty: float,
+    smooth: Heightfield,
+    surface: NDArray[np.uint8],
+    streams: Streams,
+    placed: Placed | None = None,
+) -> World:
+    """Return a world on smooth ground: what of it is not the shape of the ground itself.
+
+    Args:
+        name: Name of the world.
+        seed: Seed, for the record.
+        config: Densities, tasks, walkers, roughness and cover.
+        difficulty: Difficulty from 0 to 1.
+        smooth: Ground without what wheels roll over.
+        surface: Semantic class of each of its cells, uint8, shape (nx - 1, ny - 1).
+        streams: Sources of randomness.
+        placed: Maker of objects at given places, beside the random ones; None for none.
+
+    Raises:
+        UnsolvableWorldError: If no tasks with safe paths are found.
+    """
     ground, base = smooth, None
     if not config.roughness.is_smooth:
-        base = smooth
-        ground, surface = rough_ground(smooth, surface, config.roughness, difficulty, rough_rng)
-    objects = _objects(ground, smooth, config, difficulty, object_rng)
+        base, rough = smooth, config.roughness
+        ground, surface = rough_ground(smooth, surface, rough, difficulty, streams.roughness)
+    objects = _objects(ground, smooth, config, difficulty, streams.objects)
     removed = _on_path(objects, ground, surface)
     objects = tuple(each for each, gone in zip(objects, removed, strict=True) if not gone)
-    cover = ground_cover(surface, ground.cell, config.cover, difficulty, cover_rng)
+    if placed is not None:
+        objects += tuple(placed(ground))
+    cover = ground_cover(surface, ground.cell, config.cover, difficulty, streams.cover)
     truth = build_truth(ground, objects, TruthConfig(), surface, base, cover)
     reach = (config.near, config.far)
-    tasks = sample_tasks(truth, config.tasks, config.goals, reach, config.longest, task_rng)
+    tasks = sample_tasks(truth, config.tasks, config.goals, reach, config.longest, streams.tasks)
     movers: tuple[Mover, ...] = ()
     if config.walkers.count:
         room = solids_room(ground, objects)
-        movers = draw_walkers(config.walkers, room, tasks, walker_rng)
+        movers = draw_walkers(config.walkers, room, tasks, streams.walkers)
     return World(
         name, seed, difficulty, ground, surface, objects, tasks, truth, movers, base, cover
     )

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
 
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
@@ -42,6 +43,22 @@ class Task:
     goals: tuple[tuple[float, float], ...]
 
 
+class MapDatum(BaseModel):
+    """Place on Earth of the origin of the map, whose axes point east, north and up there.
+
+    Attributes:
+        latitude_deg: Latitude, WGS 84, north positive.
+        longitude_deg: Longitude, WGS 84, east positive.
+        altitude: Altitude of the map's z = 0 [m], in the vertical datum of the elevation model.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    latitude_deg: float = Field(ge=-90, le=90)
+    longitude_deg: float = Field(ge=-180, le=180)
+    altitude: float
+
+
 @dataclass(frozen=True)
 class World:
     """A complete world, made from a preset and a seed; equal inputs give equal bytes.
@@ -61,6 +78,7 @@ class World:
             None if it has none.
         cover: Height of the low plants and leaves on each grid cell, in which beams stop and which
             wheels do not feel [cm], uint8, shape (nx - 1, ny - 1); None for bare ground.
+        datum: Place of the origin on Earth; None where the world is nowhere on it.
     """
 
     name: str
@@ -74,6 +92,7 @@ class World:
     movers: tuple[Mover, ...] = ()
     base: Heightfield | None = None
     cover: NDArray[np.uint8] | None = None
+    datum: MapDatum | None = None
 
 
 def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> Task:

@@ -18,7 +18,7 @@ from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
 from worlds.rooms.movers import Mover, MoverPlan
 from worlds.truth import TruthConfig, build_truth
-from worlds.world import Start, Task, World
+from worlds.world import MapDatum, Start, Task, World
 
 SUFFIX = ".safetensors"
 """End of the names of world files."""
@@ -73,6 +73,7 @@ class _Header(BaseModel):
     tasks: tuple[_Task, ...]
     movers: tuple[_Mover, ...] = ()
     base_cell: float | None = None
+    datum: MapDatum | None = None
 
 
 def is_world_file(name: str) -> bool:
@@ -97,6 +98,7 @@ def world_to_bytes(world: World) -> bytes:
             for mover in world.movers
         ),
         base_cell=None if world.base is None else world.base.cell,
+        datum=world.datum,
     )
     arrays = {
         "heights": world.ground.heights,
@@ -113,8 +115,8 @@ def world_to_bytes(world: World) -> bytes:
         arrays["cover"] = world.cover
     whole = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     # One key, since the order of several is not always the same.
-    # A world without walkers or roughness has the bytes that it had before there were any.
-    left_out = {name for name in ("movers", "base_cell") if not getattr(header, name)}
+    # A world without walkers, roughness or datum has the bytes that it had before there were any.
+    left_out = {name for name in ("movers", "base_cell", "datum") if not getattr(header, name)}
     return save(whole, {_KIND: header.model_dump_json(exclude=left_out)})
 
 
@@ -176,6 +178,7 @@ def _world(header: _Header, arrays: dict[str, NDArray[np.generic]]) -> World:
         movers,
         base,
         cover,
+        header.datum,
     )
 
 

@@ -53,3 +53,44 @@ def test_one_tree_in_five_has_low_branches():
     rng = np.random.default_rng(2)
     feet = [tree(GROUND, 0.0, 0.0, rng)[1].vertices[:, 2].min() - 2.0 for _ in range(2000)]
     assert np.mean(np.array(feet) < 1.3) == pytest.approx(0.2, abs=0.03)
+
+
+def extent(parts):
+    """Return the edges of the box around parts [m], shape (3,), and its top above the ground."""
+    vertices = np.concatenate([each.vertices for each in parts])
+    return np.ptp(vertices, axis=0), vertices[:, 2].max() - 2.0
+
+
+def test_a_given_size_takes_the_place_of_the_drawn_one():
+    """Trunk, crown, plants and logs are as high, wide, long and turned as they are said to be."""
+    rng = np.random.default_rng(3)
+    trunk, crown = tree(GROUND, 0.0, 0.0, rng, height=12.0, radius=0.3, crown_radius=2.5)
+    assert extent([trunk])[0] == pytest.approx([0.6, 0.6, 12.0], abs=1e-5)
+    assert extent([trunk])[1] == pytest.approx(11.7)
+    assert extent([crown])[0][:2] == pytest.approx([5.0, 5.0], rel=0.1)
+    assert extent(grass(GROUND, 0.0, 0.0, rng, height=0.7, radius=0.4))[1] == pytest.approx(0.7)
+    size, top = extent(bush(GROUND, 0.0, 0.0, rng, height=2.0, radius=1.0))
+    assert (size[0], top) == pytest.approx((2.0, 2.0))
+    size, top = extent(boulder(GROUND, 0.0, 0.0, rng, height=0.5, radius=2.0))
+    assert 2.0 < size[0] < 4.4
+    assert 0.2 < top < 0.55
+    size, _ = extent(fallen_trunk(GROUND, 0.0, 0.0, rng, length=4.0, radius=0.1, yaw=np.pi / 2))
+    assert size[:2] == pytest.approx([0.2, 4.0], abs=0.01)
+
+
+def test_a_low_tree_has_a_low_crown():
+    """The crown of a small tree is as far up its trunk as that of a large one."""
+    for seed in range(20):
+        feet = [
+            tree(GROUND, 0.0, 0.0, np.random.default_rng(seed), height=high)[1].vertices[:, 2].min()
+            for high in (1.0, 10.0)
+        ]
+        assert feet[1] - 2.0 == pytest.approx(10 * (feet[0] - 2.0), rel=1e-4)
+        assert 0.0 < feet[0] - 2.0 < 1.0
+
+
+def test_a_given_size_does_not_move_the_others():
+    """What is not given is drawn as without it."""
+    plain = tree(GROUND, 0.0, 0.0, np.random.default_rng(5))
+    thick = tree(GROUND, 0.0, 0.0, np.random.default_rng(5), radius=1.0)
+    np.testing.assert_array_equal(plain[1].vertices, thick[1].vertices)

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from terrain.classes import TRAITS, SemanticClass
-from worlds.natural import NaturalConfig, make_natural
+from terrain.heightfield import Heightfield
+from terrain.plants import bush
+from worlds.natural import NaturalConfig, Streams, make_natural, natural_on
 from worlds.rough_ground import RoughnessConfig
 from worlds.traversability_map import Reason
 
@@ -138,3 +140,43 @@ def test_roughness_moves_nothing_and_forbids_nothing():
     assert same.mean() > 0.999
     step = (Reason.STEP, Reason.SLOPE)
     assert np.isin(rough.truth.reason, step).sum() == np.isin(smooth.truth.reason, step).sum()
+
+
+def slope(rise=0.1, size=60.0):
+    """Return smooth ground that rises to the east, and its surface."""
+    x = np.linspace(-size / 2, size / 2, round(size / 0.25) + 1)
+    heights = np.repeat(rise * x[:, None], len(x), axis=1).astype(np.float32)
+    return Heightfield(heights, 0.25), np.zeros((len(x) - 1,) * 2, dtype=np.uint8)
+
+
+def on_slope(config, placed=None):
+    """Return a world on a slope."""
+    smooth, surface = slope()
+    streams = Streams(*np.random.default_rng(4).spawn(5))
+    return natural_on("slope", 4, config, 0.5, smooth, surface, streams, placed)
+
+
+def test_given_ground_is_the_ground_of_the_world():
+    """What is on it does not change the shape of smooth ground."""
+    world = on_slope(BARE.model_copy(update={"bushes": 0.02}))
+    np.testing.assert_array_equal(world.ground.heights, slope()[0].heights)
+    assert {each.semantic for each in world.objects} == {SemanticClass.BUSH}
+    assert (world.name, world.seed, len(world.tasks)) == ("slope", 4, 1)
+
+
+def test_placed_objects_stand_on_the_rough_ground_beside_the_random_ones():
+    """They come last, on the ground with its roughness, and the true map knows them."""
+    rough = RoughnessConfig(clods=0.03)
+    config = BARE.model_copy(update={"rocks": 0.01, "roughness": rough})
+    grounds = []
+
+    def placed(ground):
+        grounds.append(ground)
+        return bush(ground, 5.0, 10.0, np.random.default_rng(0), radius=0.5)
+
+    alone, world = on_slope(config), on_slope(config, placed)
+    assert grounds[0] is world.ground
+    assert len(world.objects) == len(alone.objects) + 1
+    assert world.objects[-1].semantic is SemanticClass.BUSH
+    assert world.truth.reason_at(5.0, 10.0) in (Reason.VEGETATION, Reason.SOLID)
+    np.testing.assert_array_equal(world.ground.heights, alone.ground.heights)

@@ -14,7 +14,7 @@ from tests.support.walking_worlds import peopled, walker
 from worlds.catalogue import make_world, patch
 from worlds.scenes import SceneCache
 from worlds.truth import TruthConfig, build_truth
-from worlds.world import Start, Task, World
+from worlds.world import MapDatum, Start, Task, World
 from worlds.world_files import (
     WorldFileError,
     is_world_file,
@@ -111,6 +111,18 @@ def test_low_plants_come_back(tmp_path):
     assert b"cover" not in world_to_bytes(small())
     path.write_bytes(world_to_bytes(replace(small(), cover=cover[1:])))
     with pytest.raises(WorldFileError, match=r"cover: expected uint8, one value a cell"):
+        load_world(path)
+
+
+def test_a_datum_comes_back(tmp_path):
+    """A world that is nowhere on Earth has no word of it; a latitude beyond the pole is damage."""
+    datum = MapDatum(latitude_deg=46.5, longitude_deg=-7.25, altitude=1234.5)
+    path = tmp_path / "a.safetensors"
+    path.write_bytes(world_to_bytes(replace(small(), datum=datum)))
+    assert load_world(path).datum == datum
+    assert b"datum" not in world_to_bytes(small())
+    path.write_bytes(path.read_bytes().replace(b"46.5", b"96.5"))
+    with pytest.raises(WorldFileError, match="latitude_deg"):
         load_world(path)
 
 

@@ -1,7 +1,7 @@
 """Catalogue of worlds by name, from presets in TOML files with disjoint random streams."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -122,16 +122,32 @@ def make_world(
     level = config.difficulty if difficulty is None else difficulty
     if not 0 <= level <= 1:
         raise ValueError(f"difficulty: expected 0 to 1, got {level}")
-    # Each attempt has a stream of its own: what one drew does not change the next.
-    for attempt in np.random.SeedSequence([config.family, seed]).spawn(_ATTEMPTS):
-        try:
-            return _make(name, seed, config, level, np.random.default_rng(attempt))
-        except UnsolvableWorldError:
-            continue
+    world = first_solvable(config.family, seed, lambda rng: _make(name, seed, config, level, rng))
+    if world is not None:
+        return world
     raise UnsolvableWorldError(
         f"world: expected {name} {seed} at difficulty {level} to be solvable in {_ATTEMPTS} "
         f"attempts, got none; lower the difficulty"
     )
+
+
+def first_solvable(
+    family: int, seed: int, make: Callable[[np.random.Generator], World]
+) -> World | None:
+    """Return the first of a few random worlds that has safe paths, None if none has.
+
+    Args:
+        family: Number of the stream of seeds.
+        seed: Seed within it.
+        make: Generator of a world, which raises ``UnsolvableWorldError`` where it has none.
+    """
+    # Each attempt has a stream of its own: what one drew does not change the next.
+    for attempt in np.random.SeedSequence([family, seed]).spawn(_ATTEMPTS):
+        try:
+            return make(np.random.default_rng(attempt))
+        except UnsolvableWorldError:
+            continue
+    return None
 
 
 def _make(

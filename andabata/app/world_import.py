@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from andabata.app.world_summary import world_summary
+from andabata.app.world_summary import size_text, world_summary
 from andabata.configuration.usage import UsageError, numbers
 from andabata.runs import atomic_io
 from worlds import world_files
@@ -123,11 +123,7 @@ def import_text(data: dict[str, Any]) -> str:
             f"{data['boxes']} boxes, {data['circles']} circles, {data['edges']} slanted edges"
         )
     else:
-        lines.append(
-            f"world of {data['width_m']:.1f} x {data['depth_m']:.1f} m, relief "
-            f"{data['relief_m']:.1f} m, {sum(data['objects'].values())} objects, {data['tasks']} "
-            f"tasks"
-        )
+        lines.append(size_text(data))
     x, y = data["origin_m"]
     lines.append(f"its middle was at ({x:g}, {y:g}); shapes outside of it: {data['outside']}")
     lines += [f"warning: {warning}" for warning in data["warnings"]]
@@ -165,8 +161,8 @@ def _world(read: SdfWorld, request: ImportRequest) -> _Made:
     """Return the file of a world of hills."""
     imported = world_of(read, request.bounds, request.cell, request.ground)
     about = world_summary(imported.world)
-    # What was not generated has no seed and no difficulty, and its name stands above.
-    for name in ("name", "seed", "difficulty"):
+    # What was not generated has no seed, difficulty and datum, and its name stands above.
+    for name in ("name", "seed", "difficulty", "datum"):
         del about[name]
     about |= {"origin_m": list(imported.origin), "outside": imported.outside}
     warnings = []

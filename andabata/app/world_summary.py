@@ -19,6 +19,13 @@ def world_summary(world: World) -> dict[str, Any]:
         "width_m": world.ground.width,
         "depth_m": world.ground.depth,
         "relief_m": float(np.ptp(world.ground.heights)),
+        "datum": None
+        if world.datum is None
+        else {
+            "latitude_deg": world.datum.latitude_deg,
+            "longitude_deg": world.datum.longitude_deg,
+            "altitude_m": world.datum.altitude,
+        },
         "objects": dict(counts),
         "walkers": len(world.movers),
         "share_of_ground": {
@@ -33,13 +40,31 @@ def world_text(data: dict[str, Any]) -> str:
     """Return a summary as text, objects by decreasing number."""
     counts, shares = Counter(data["objects"]).most_common(), data["share_of_ground"].items()
     walkers = [f"walkers: {data['walkers']}"] if data["walkers"] else []
+    place = [datum_text(data["datum"])] if data["datum"] else []
     return "\n".join(
         [
             f"{data['name']}, seed {data['seed']}: {data['width_m']:.0f} x {data['depth_m']:.0f} m,"
             f" relief {data['relief_m']:.1f} m, difficulty {data['difficulty']}",
+            *place,
             "objects: " + ", ".join(f"{count} {kind}" for kind, count in counts),
             *walkers,
             "ground: " + ", ".join(f"{share:.1%} {kind}" for kind, share in shares),
             f"tasks: {data['tasks']} with {data['goals_per_task']} goals in a row",
         ]
+    )
+
+
+def size_text(data: dict[str, Any]) -> str:
+    """Return size and contents of a summary in one line."""
+    return (
+        f"world of {data['width_m']:.1f} x {data['depth_m']:.1f} m, relief "
+        f"{data['relief_m']:.1f} m, {sum(data['objects'].values())} objects, {data['tasks']} tasks"
+    )
+
+
+def datum_text(datum: dict[str, float]) -> str:
+    """Return where the middle of a world is on Earth, in one line."""
+    return (
+        f"its middle is at latitude {datum['latitude_deg']:.6f}, longitude "
+        f"{datum['longitude_deg']:.6f}, altitude {datum['altitude_m']:.2f} m"
     )

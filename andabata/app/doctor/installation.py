@@ -28,6 +28,7 @@ MODULES = (
 
 EXTRAS = {
     "laspy": "extra las",
+    "rasterio": "extra gis",
     "onnx": "extra onnx",
     "viser": "extra viewer",
     "tensorboardX": "extra tensorboard",

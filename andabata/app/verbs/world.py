@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.elevation_import import ElevationOptions
 from andabata.app.options.shared import ConsoleOptions, Seed
 from andabata.app.options.world_import import ImportOptions
 
@@ -87,20 +88,41 @@ def render(
 @command
 def import_(
     *,
-    file: Annotated[Path, typer.Argument(help="World of Gazebo: .sdf or .world, plain or .gz.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="World of Gazebo: .sdf or .world, plain or .gz; or elevation model: GeoTIFF, .tif "
+            "(extra `gis`)."
+        ),
+    ],
     options: ImportOptions,
+    elevation: ElevationOptions,
     output: ConsoleOptions,
 ) -> None:
-    """Turn a world of Gazebo (SDF 1.4 to 1.9) into a room or a world of this program.
+    """Turn a world of Gazebo (SDF 1.4 to 1.9) into a room or a world, or real terrain into a world.
 
-    What is seen but does not collide is not taken. What cannot be taken is listed as a warning.
+    Of a world of Gazebo, what is seen but does not collide is not taken. What cannot be taken is
+    listed as a warning. A square of an elevation model becomes the ground under the plants of a
+    preset and under objects of your own; every cell of it has to have a height.
 
     Examples:
         andabata world import depot.world --json
         andabata world import depot.sdf --models models --slab 0.1,0.4
         andabata world import course.sdf --form world --out course.safetensors
+        andabata world import dem.tif --at 46.0481,7.7100 --size 120 --preset natural-rough
+        andabata world import dem.tif --objects trees.geojson --out valley.safetensors
     """
+    from andabata.app.elevation_import import (
+        elevation_text,
+        import_elevation,
+        is_elevation_model,
+    )
     from andabata.app.world_import import import_text, import_world
 
+    if is_elevation_model(file):
+        data = import_elevation(elevation.request(file, options))
+        output.console().result(data, elevation_text(data))
+        return
+    elevation.refuse(file)
     data = import_world(options.request(file))
     output.console().result(data, import_text(data))

@@ -1,0 +1,15 @@
+"""Errors of elevation models and of files of objects."""
+
+
+class ElevationError(ValueError):
+    """Elevation model, or file of objects, that is not as expected; the text names the file."""
+
+
+class MissingRasterioError(ImportError):
+    """Raised where rasterio, which reads GeoTIFF, is not installed."""
+
+    def __init__(self) -> None:
+        """Name the extra."""
+        super().__init__(
+            "rasterio: expected rasterio for a GeoTIFF, got none; install andabata[gis]"
+        )

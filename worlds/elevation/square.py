@@ -142,9 +142,9 @@ def _check_inside(
     reach = np.abs(places - middle[:, None]).max(axis=(1, 2))
     fitting = size * float((room.reshape(2, 2) / reach).min()) if np.isfinite(room).all() else -1.0
     fitting = float(np.floor(fitting - 0.5))
-    smaller = f"an edge of {fitting:g} m or less fits there" if fitting >= LEAST_EDGE else ""
+    smaller = f"take an edge of {fitting:g} m or less, or " if fitting >= LEAST_EDGE else ""
     raise ElevationError(
-        f"{wrong}; {smaller or 'choose a place inside'}: it covers {_extent(raster, frame)}"
+        f"{wrong}: the file covers {_extent(raster, frame)}; {smaller}choose a place inside"
     )
 
 

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from andabata.app.world_summary import world_summary, world_text
+from andabata.app.world_summary import datum_text, size_text, world_summary, world_text
 from tests.support.walking_worlds import walker
 from worlds.catalogue import make_world
+from worlds.world import MapDatum
 
 
 @pytest.fixture(scope="module")
@@ -43,3 +44,20 @@ def test_the_text_has_the_most_frequent_objects_first(world):
     lines = world_text(data).splitlines()
     assert lines[0].startswith("maze, seed 2: 80 x 80 m, relief ")
     assert lines[1] == "objects: 7 wall, 1 rock"
+
+
+def test_the_place_on_earth_is_named_where_there_is_one(world):
+    """With latitude, longitude and altitude; a world that is nowhere has no line of it."""
+    assert world_summary(world)["datum"] is None
+    assert "latitude" not in world_text(world_summary(world))
+    datum = MapDatum(latitude_deg=46.5, longitude_deg=-7.25, altitude=1234.5)
+    data = world_summary(replace(world, datum=datum))
+    assert data["datum"] == {"latitude_deg": 46.5, "longitude_deg": -7.25, "altitude_m": 1234.5}
+    line = "its middle is at latitude 46.500000, longitude -7.250000, altitude 1234.50 m"
+    assert datum_text(data["datum"]) == world_text(data).splitlines()[1] == line
+
+
+def test_the_size_is_one_line(world):
+    """With the number of objects and tasks."""
+    data = world_summary(world) | {"objects": {"rock": 3, "wall": 4}, "relief_m": 1.5, "tasks": 4}
+    assert size_text(data) == "world of 80.0 x 80.0 m, relief 1.5 m, 7 objects, 4 tasks"

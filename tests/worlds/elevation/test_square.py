@@ -17,6 +17,7 @@ from tests.support.elevation_models import (
 )
 from worlds.elevation.errors import ElevationError
 from worlds.elevation.local_frame import WGS_84, LocalFrame
+from worlds.elevation.raster import open_raster
 from worlds.elevation.square import read_square
 
 needs_rasterio()
@@ -197,27 +198,16 @@ def test_a_square_larger_than_the_model_is_an_error_with_a_size_that_fits(tmp_pa
 def test_a_place_outside_is_an_error_that_says_what_the_model_covers(tmp_path):
     """Latitude and longitude that were swapped are recognized."""
     path = save_plane(tmp_path / "a.tif")
-    with (
-        open_middle(path) as middle,
-        pytest.raises(ElevationError, match=r"100\.0% of it") as error,
-    ):
+    with open_raster(path) as raster:
+        middle = raster.middle()
+    with pytest.raises(ElevationError, match=r"100\.0% of it") as error:
         read_square(path, (middle.longitude_deg, middle.latitude_deg))
-    assert str(error.value).endswith("; latitude comes first")
-    with pytest.raises(ElevationError, match="choose a place inside: it covers") as error:
+    assert "; latitude comes first" in str(error.value)
+    with pytest.raises(ElevationError, match="choose a place inside") as error:
         read_square(path, (46.0, 9.5))
     assert "latitude comes first" not in str(error.value)
     with pytest.raises(ElevationError, match="latitude within 89"):
         read_square(path, (89.5, 9.0))
-
-
-def open_middle(path):
-    """Return a context with the frame about the middle of a model."""
-    from contextlib import nullcontext
-
-    from worlds.elevation.raster import open_raster
-
-    with open_raster(path) as raster:
-        return nullcontext(raster.middle())
 
 
 @pytest.mark.parametrize("wrong", [{"size": 39.0}, {"size": 301.0}, {"cell": 0.0}, {"cell": 0.6}])

@@ -11,5 +11,5 @@ class MissingRasterioError(ImportError):
     def __init__(self) -> None:
         """Name the extra."""
         super().__init__(
-            "rasterio: expected rasterio for a GeoTIFF, got none; install andabata[gis]"
+            "rasterio: expected it to read a GeoTIFF, got none; install the extra `gis`"
         )

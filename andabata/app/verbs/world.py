@@ -109,8 +109,8 @@ def import_(
         andabata world import depot.world --json
         andabata world import depot.sdf --models models --slab 0.1,0.4
         andabata world import course.sdf --form world --out course.safetensors
-        andabata world import dem.tif --at 46.0481,7.7100 --size 120 --preset natural-rough
-        andabata world import dem.tif --objects trees.geojson --out valley.safetensors
+        andabata world import dem.tif --at 46.0538,9.0001 --preset natural-rough
+        andabata world import dem.tif --size 60 --objects trees.geojson
     """
     from andabata.app.elevation_import import (
         elevation_text,

@@ -15,6 +15,7 @@ from andabata.records import topics
 from andabata.records.bag_writers import open_writer
 from andabata.records.messages import MessageBuilder
 from tests.support.documents import verbs
+from tests.support.elevation_models import needs_rasterio, save_plane
 from tests.support.planned_drives import record_drive
 from tests.support.sdf_worlds import PLANE, POST, document, solid
 from traversability.cloud import PointCloud
@@ -139,6 +140,12 @@ def folder(tmp_path_factory):
 def test_fast_examples_run(line, folder, capsys, monkeypatch):
     """Examples that take about a second run to a good end beside the files that they name."""
     monkeypatch.chdir(folder)
+    if " dem.tif" in line:
+        needs_rasterio()
+        save_plane(folder / "dem.tif")
+        tree = {"type": "Point", "coordinates": [9.0, 46.0536]}
+        feature = {"type": "Feature", "geometry": tree, "properties": {"kind": "tree"}}
+        (folder / "trees.geojson").write_text(json.dumps(feature))
     code = main(shlex.split(line)[1:])
     assert code == 0, capsys.readouterr().err
 

@@ -102,7 +102,7 @@ def test_the_border_is_forbidden_and_hides_no_other_reason():
     ],
 )
 def test_objects_forbid_their_footprint_by_class_and_height(semantic, base, height, reason):
-    """Solid objects to 5 cm are free, to 9 cm low; plants to 15 cm free, and what begins at 90 cm."""
+    """Solid objects to 5 cm are free, to 9 cm low; plants to 15 cm, what begins at 90 cm free."""
     truth = truth_of(np.zeros((51, 51)), (frustum(semantic, (1, 2, base), (0.4, 0.4), height),))
     assert truth.reason_at(1.0, 2.0) == reason
     assert truth.reason_at(1.0, 2.6) == Reason.FREE

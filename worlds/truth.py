@@ -33,7 +33,8 @@ class TruthConfig(BaseModel):
     Attributes:
         cell: Edge of a cell [m]; five cells, the window of slope and step, span the wheelbase.
         max_slope: Largest traversable slope [rad].
-        max_step: Largest traversable step within a wheelbase [m].
+        max_step: Largest traversable step within a wheelbase, and height up to which a wheel
+            climbs solid objects [m].
         body_height: Height above ground below which foliage is an obstacle [m].
         ground_clearance: Height of the body's floor [m]; lower solid objects pass under it.
         max_traversable_vegetation: Height up to which plants are crossed [m]
@@ -218,6 +219,8 @@ def _reasons_of(
     begins, ends = (end[:, 2] - ground.height_at(end[:, 0], end[:, 1]) for end in (lows, highs))
     traits = [TRAITS[each.semantic] for each in objects]
     reasons = np.where(ends < config.ground_clearance, Reason.LOW, Reason.SOLID)
+    # What rises less than a step is one that a wheel climbs.
+    reasons[ends <= config.max_step] = Reason.FREE
     reasons[[not trait.solid for trait in traits]] = Reason.VEGETATION
     reasons[[trait.traversable for trait in traits]] = Reason.FREE
     for k in np.flatnonzero([trait.by_height for trait in traits]):

@@ -87,6 +87,8 @@ def test_the_border_is_forbidden_and_hides_no_other_reason():
 @pytest.mark.parametrize(
     ("semantic", "base", "height", "reason"),
     [
+        (SemanticClass.ROCK, -0.1, 0.145, Reason.FREE),
+        (SemanticClass.ROCK, -0.1, 0.155, Reason.LOW),
         (SemanticClass.ROCK, -0.1, 0.18, Reason.LOW),
         (SemanticClass.ROCK, -0.1, 0.2, Reason.SOLID),
         (SemanticClass.HIGH_GRASS, -0.1, 0.24, Reason.FREE),
@@ -100,7 +102,7 @@ def test_the_border_is_forbidden_and_hides_no_other_reason():
     ],
 )
 def test_objects_forbid_their_footprint_by_class_and_height(semantic, base, height, reason):
-    """Solid objects below 9 cm are low, plants up to 15 cm free, and so is what begins at 90 cm."""
+    """Solid objects to 5 cm are free, to 9 cm low; plants to 15 cm, what begins at 90 cm free."""
     truth = truth_of(np.zeros((51, 51)), (frustum(semantic, (1, 2, base), (0.4, 0.4), height),))
     assert truth.reason_at(1.0, 2.0) == reason
     assert truth.reason_at(1.0, 2.6) == Reason.FREE

@@ -244,7 +244,7 @@ def _check_whole(
     smaller = f"--size {clear:g}, " if clear >= LEAST_EDGE else ""
     raise ElevationError(
         f"{raster.path}: expected a height of {LOWEST:g} to {HIGHEST:g} m in every cell of the "
-        f"square about {frame.text}, got {int((is_void & is_used).sum())} cells without, the "
+        f"square about {frame.text}, got none in {int((is_void & is_used).sum())} of them, the "
         f"nearest at x {x[first]:.1f}, y {y[first]:.1f} m; take {smaller}another place, or fill "
         f"them: gdal_fillnodata.py {raster.path.name} filled.tif"
     )

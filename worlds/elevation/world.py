@@ -21,6 +21,9 @@ from worlds.world import World
 BARE = "none"
 """Name of the preset that puts nothing on the ground."""
 
+_TOO_STEEP = 0.5
+"""Share of ground that is too steep from which on no robot gets far on it (assumption)."""
+
 _BARE = NaturalConfig(
     family=15, trees=0.0, grass=0.0, bushes=0.0, rocks=0.0, logs=0.0, traps=0, tasks=4
 )
@@ -103,10 +106,11 @@ def world_on(
 def _unsolvable(square: GroundSquare, config: NaturalConfig) -> str:
     """Return why there are no tasks, and what to do."""
     reason = build_truth(square.ground, (), TruthConfig()).reason
-    inside = reason[reason != Reason.BORDER]
+    share = (reason[reason != Reason.BORDER] != Reason.FREE).mean()
+    # Fewer objects do not help where the ground itself is what stops a robot.
+    advice = f"a lower difficulty, preset {BARE}, a larger size or " if share < _TOO_STEEP else ""
     return (
         f"world: expected {config.tasks} tasks with safe paths of {config.near:g} to "
-        f"{config.longest:g} m about {square.frame.text}, got fewer; {(inside != 0).mean():.0%} of "
-        f"the bare ground is too steep or has steps: take another place, a larger size, a lower "
-        f"difficulty, or preset {BARE}"
+        f"{config.longest:g} m about {square.frame.text}, got fewer; {share:.0%} of the bare "
+        f"ground is too steep or has steps: take {advice}another place"
     )

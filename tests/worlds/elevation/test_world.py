@@ -93,9 +93,13 @@ def test_only_natural_presets_go_on_any_ground():
 
 
 def test_ground_that_is_too_steep_is_an_error_that_says_so():
-    """With the share of it, and the place."""
-    with pytest.raises(UnsolvableWorldError, match=r"latitude 46\.0.*100% of the bare ground"):
+    """With the share of it, and the place; where objects are in the way, with fewer of them."""
+    with pytest.raises(UnsolvableWorldError, match=r"46\.0.*100% of the bare .*: take another"):
         world_on("wall", square(0.8, 40.0), BARE)
+    walls = [PlacedObject("rock", x, 0.0, {"radius": 9.0, "height": 3.0}) for x in range(-20, 21)]
+    walls += [replace(each, y=y) for each in walls for y in (-12.0, 12.0)]
+    with pytest.raises(UnsolvableWorldError, match=r" 0% of the bare .*: take a lower difficulty"):
+        world_on("full", square(0.0, 40.0), BARE, placed=walls)
 
 
 def test_a_seed_that_judges_is_refused():

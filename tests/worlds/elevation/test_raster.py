@@ -16,7 +16,7 @@ from tests.support.elevation_models import (
     save_plane,
 )
 from worlds.elevation.errors import ElevationError, MissingRasterioError
-from worlds.elevation.local_frame import LocalFrame
+from worlds.elevation.local_frame import WGS_84
 from worlds.elevation.raster import crs_name, open_raster
 
 needs_rasterio()
@@ -55,7 +55,7 @@ def test_a_window_has_its_heights(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("value", "nodata"), [(np.nan, None), (-9999.0, -9999.0), (-9999.0, None), (1e38, None)]
+    ("value", "nodata"), [(np.nan, None), (123.0, 123.0), (-9999.0, None), (1e38, None)]
 )
 def test_a_void_is_no_height(tmp_path, value, nodata):
     """Declared or not: nothing on land is below -1000 or above 9000 m."""
@@ -164,14 +164,24 @@ def test_more_cells_than_fit_are_refused(tmp_path, monkeypatch):
         raster.read((0, 0), (64, 64))
 
 
-def test_a_grid_may_be_turned_or_upside_down(tmp_path):
-    """Rows and columns follow the grid's six numbers."""
-    heights = np.zeros((20, 20), dtype=np.float32)
-    turned = save(tmp_path / "a.tif", heights, (0.0, 1.0, EAST, 1.0, 0.0, NORTH))
-    with open_raster(turned) as raster:
-        x, y = LocalFrame(raster.corners()[0].latitude_deg, 9.0), np.array([5.0])
-        rows, columns = raster.cells_at(x, y, np.array([2.0]))
-    assert [rows[0], columns[0]] == pytest.approx([4.5, 1.5], abs=0.02)
+def test_a_grid_may_be_turned(tmp_path):
+    """Its six numbers say where rows and columns are, and where its corners."""
+    heights = np.zeros((30, 20), dtype=np.float32)
+    numbers = (1.6, 1.8, EAST, 1.2, -2.4, NORTH)
+    path = save(tmp_path / "a.tif", heights, numbers)
+    with open_raster(path) as raster:
+        first, *_, last = raster.corners()
+        x, y = first.of(UTM, np.array([EAST + 1.6 * 4 + 1.8 * 7]), np.array([NORTH - 12.0]))
+        rows, columns = raster.cells_at(first, x, y)
+        end = first.to(UTM, *first.of(WGS_84, *(np.array([each]) for each in place(last))))
+    assert [rows[0], columns[0]] == pytest.approx([6.5, 3.5], abs=1e-3)
+    expected = (EAST + 1.6 * 20 + 1.8 * 30, NORTH + 1.2 * 20 - 2.4 * 30)
+    assert (end[0][0], end[1][0]) == pytest.approx(expected, abs=1e-3)
+
+
+def place(frame):
+    """Return longitude and latitude of the origin of a frame."""
+    return frame.longitude_deg, frame.latitude_deg
 
 
 def test_without_rasterio_the_extra_is_named(tmp_path, monkeypatch):

@@ -75,6 +75,19 @@ def test_a_bare_world_holds_what_is_placed():
     assert len(world.tasks) == 4
 
 
+def test_placed_objects_stand_on_the_rough_ground(rough):
+    """Where it is farthest from the model's, too."""
+    difference = np.abs(rough.ground.heights - square().ground.refined(3).heights)
+    i, j = np.unravel_index(difference[50:-50, 50:-50].argmax(), (621, 621))
+    x, y = float(rough.ground.x[i + 50]), float(rough.ground.y[j + 50])
+    placed = [PlacedObject("tree", x, y, {})]
+    world = world_on("valley", square(), "natural-rough", 7, 0.3, placed)
+    assert len(world.objects) == len(rough.objects) + 2
+    foot = world.objects[-2].vertices[:, 2].min() + 0.3
+    assert foot == pytest.approx(float(rough.ground.height_at(x, y)), abs=1e-4)
+    assert abs(foot - square().ground.height_at(x, y)) > 0.01
+
+
 def test_numbers_of_a_preset_go_with_the_area():
     """Densities stay, dead ends and ruts are as many to a square metre, goals are nearer."""
     config, own = config_on("natural-rough", 50.0), presets()["natural-rough"]

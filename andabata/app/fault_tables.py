@@ -29,8 +29,9 @@ def _response_table(rows: Sequence[Data]) -> "Table":
     """Return the response of one controller's robot, for 80 columns.
 
     ``flagged`` are drives whose health got worse after the onset, ``after`` is their median time,
-    ``hit`` counts contacts and tip-overs, ``bad`` commands out of range, ``off`` is the mean error
-    of the estimate at the end.
+    ``hit`` counts contacts and tip-overs and in brackets those after the flag, ``bad`` commands out
+    of range, ``off`` is the mean error of the estimate at the end, ``ok`` counts healths at the
+    end.
     """
     onset = _common_onset(rows)
     shown = [
@@ -39,16 +40,16 @@ def _response_table(rows: Sequence[Data]) -> "Table":
             "flagged": f"{row['flagged']}/{row['faulty']}",
             "in 2 s": str(row["flagged_within_2_s"]),
             "after": _with_unit(row["flagged_after_s"], "s"),
-            "hit": row["contacts"],
-            "flagged hit": row["contacts_after_flag"],
+            "hit": f"{row['contacts']} ({row['contacts_after_flag']})",
             "bad": row["bad_commands"],
             "off": _with_unit(row["position_error_m"], "m"),
-            "ok at end": row["health_at_end"].get("ok", 0),
+            "end ok": row["health_at_end"].get("ok", 0),
         }
         for row in rows
     ]
     when = "" if onset is None else f" from {onset:g} s on"
-    return table_of(shown, f"{rows[0]['controller']}, each fault alone{when}: what the robot says")
+    title = f"{rows[0]['controller']}, each fault alone{when}; hit: contacts (flagged before)"
+    return table_of(shown, title)
 
 
 def _costs(rows: Sequence[Data]) -> "Table":

@@ -85,7 +85,7 @@ class EvaluationConfig(BaseModel):
                 raise ValueError(f"perturb.{error}") from error
         if len(set(self.faults)) < len(self.faults):
             twice = next(each for each in self.faults if self.faults.count(each) > 1)
-            raise ValueError(f"faults: expected each once, got {twice} twice; leave one out")
+            raise ValueError(f"faults: expected each fault once, got {twice} twice; leave one out")
         return self
 
     @model_validator(mode="after")

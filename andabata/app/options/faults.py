@@ -46,7 +46,7 @@ def read_faults(text: str | None) -> "tuple[Fault, ...]":
         text: Comma-separated faults and names of files; None for none.
 
     Raises:
-        UsageError: If one is none, or a file cannot be read.
+        UsageError: If one is none or there twice, or a file cannot be read.
     """
     from andabata.machine.faults import Fault
 
@@ -59,6 +59,9 @@ def read_faults(text: str | None) -> "tuple[Fault, ...]":
             found.append(Fault.parse(word))
         except ValueError as error:
             raise UsageError(f"{_OPTION}: {error}") from error
+    twice = next((fault for fault in found if found.count(fault) > 1), None)
+    if twice is not None:
+        raise UsageError(f"{_OPTION}: expected each fault once, got {twice} twice; leave one out")
     return tuple(found)
 
 

@@ -30,7 +30,8 @@ class SimulatedRobotConfig(NavigatorConfig):
             and fast, for development; or ``kinematic``, for training.
         reality: Differences between the simulated robot and the one that the navigator believes.
         faults: Faults of the senses in each drive, such as ``gnss:stuck@20``; see
-            ``andabata.machine.faults``. In a replay they are added to what was recorded.
+            ``andabata.machine.faults``. In a replay they are added to what was recorded; a live
+            navigator has none.
     """
 
     plant: Plant = "bullet"

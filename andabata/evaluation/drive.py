@@ -305,7 +305,8 @@ class _DriveWatcher:
         """Compare the estimate with the truth of the readings that it is made of."""
         self.trace.add(result.readings)
         self.error.add(result.readings)
-        self._watch(result)
+        if self._faults:
+            self._watch(result)
 
     def fault_response(self, has_contact: bool) -> dict[str, Any] | None:
         """Return the faults and the response to them, ready for JSON; None without faults.

@@ -218,7 +218,8 @@ class BagReplay:
         self._navigator.reset(setup.start, 0.0, setup.is_rough)
         self._injector.reset(np.random.default_rng(_FAULT_SEED))
         faults, robot = drive.config.faults, drive.config.robot
-        self._watches.append(FaultWatch.of(faults, self._localizer, robot))
+        if faults:
+            self._watches.append(FaultWatch.of(faults, self._localizer, robot))
         recorded = replace(setup, settings=drive.settings).geofence
         self._navigator.geofence = recorded or drive.config.geofence
 
@@ -236,7 +237,8 @@ class BagReplay:
             self._viewer.attend()
         self._period = period
         result = self._navigator.step(period.readings)
-        self._watches[-1](result)
+        for watch in self._watches[-1:]:
+            watch(result)
         if self._observer is not None:
             self._observer.observe(period, result)
         self._mountings.check(self._localizer.odometry)
@@ -302,12 +304,11 @@ class BagReplay:
 
         It is that of the first piece that went on beyond the onset, if any did.
         """
-        faults = self._drive.config.faults
-        if not faults or not self._watches:
+        if not self._watches:
             return None
         responses = [watch.response() for watch in self._watches]
         first = next((each for each in responses if each.was_faulty), responses[-1])
-        return response_as_dict(faults, first)
+        return response_as_dict(self._drive.config.faults, first)
 
     def _unreadable(self) -> list[str]:
         """Return which messages of the sensors' topics could not be read, in words."""

@@ -12,17 +12,18 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.attempt import CONTACTS, Attempt
 from andabata.evaluation.comparison import Attempts, DrivenCell
+from andabata.evaluation.faulty_trial import watch_arm, with_response
 from andabata.evaluation.judging import JUDGED_FORM, checked_seed, refuse_other_form
 from andabata.evaluation.perturbation import Arm, arms, with_disturbance
 from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.strict_verdict import StrictMeasures
-from andabata.evaluation.trial import HARMS, OffroadAttempt, OffroadMeasures, strict_row
+from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures, strict_row
 from andabata.evaluation.trial_monitor import arrival_tolerance
 from andabata.machine.faults import FaultSetting
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
-from andabata.navigation.fault_watch import FaultResponse, FaultWatch
+from andabata.navigation.fault_watch import FaultResponse
 from andabata.runs.folder import commit
 from andabata.runs.journal import Entry
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
@@ -259,7 +260,7 @@ def _drive(
     robot = driven_robot(arm.controller, arm.robot)
     steering = make_steering(arm.controller, scene.world, robot, models, noise)
     simulated_robot = SimulatedRobot(scene, robot, models, steering)
-    watch = _fault_watch(config, simulated_robot, arm)
+    watch = watch_arm(arm, simulated_robot, config.faults)
     walkers: list[NDArray[np.float64]] = []
     attempts = run_trial(
         simulated_robot,
@@ -272,10 +273,7 @@ def _drive(
         tolerance=config.tolerance,
     )
     if watch is not None:
-        end = simulated_robot.simulator.vehicle.state.stamp
-        response = watch.response(attempts[-1].outcome in HARMS, end)
-        detail = replace(attempts[-1].detail, response=response)
-        attempts = (*attempts[:-1], replace(attempts[-1], detail=detail))
+        attempts = with_response(attempts, watch, simulated_robot.simulator.vehicle.state.stamp)
     if on_failure is not None and not attempts[-1].is_success:
         failure = _failure(scene.world, attempts[-1], simulated_robot, walkers)
         if failure is not None:
@@ -283,21 +281,6 @@ def _drive(
     # Bullet keeps a world until its connection is closed.
     simulated_robot.close()
     return attempts
-
-
-def _fault_watch(
-    config: EvaluationConfig, simulated_robot: SimulatedRobot, arm: Arm
-) -> FaultWatch | None:
-    """Return the watch of a robot, which observes it already; None of an evaluation without faults.
-
-    A robot without a fault is watched from the first onset of all.
-    """
-    if not config.faults or not (arm.fault is not None or arm.is_base):
-        return None
-    faults = config.faults if arm.fault is None else (arm.fault,)
-    watch = FaultWatch.of(faults, simulated_robot.localizer, simulated_robot.config.robot)
-    simulated_robot.navigator.spectators.append(watch)
-    return watch
 
 
 def _failure(

@@ -293,13 +293,6 @@ def test_responses_go_through_their_rows():
         assert again.detail.response.faulty_s == 4.0
 
 
-def test_a_contact_counts_in_the_response(monkeypatch):
-    """The drive ends with it, at the plant's time."""
-    monkeypatch.setattr(offroad, "HARMS", (Outcome.TIMEOUT,))
-    base, faulty = drive_trial(small(goals=1, faults=("imu:off@1",)), Models(), 0)
-    assert base.detail.response.contact_after_s == faulty.detail.response.contact_after_s == 3.0
-
-
 def test_a_fault_is_driven_once():
     """The same one twice would be one contender."""
     with pytest.raises(ValueError, match="expected each fault once, got imu:off twice"):

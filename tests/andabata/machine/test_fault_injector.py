@@ -180,6 +180,16 @@ def test_stuck_from_the_start_repeats_the_first_values():
     assert all(len(each) == 0 for each in during("gnss:stuck", "gnss", silent))
 
 
+def test_a_stuck_cloud_without_times_or_points_repeats_as_it_is():
+    """There is nothing to renew, whichever of the two clouds lacks it."""
+    full = PERIODS[0].frames[0]
+    timeless, empty = PointCloud(full.points, "sensor"), full.select(np.zeros(2, dtype=bool))
+    for last, now in ((full, timeless), (timeless, full), (full, empty), (empty, full)):
+        given = [replace(each, frames=(last,)) for each in PERIODS[:9]]
+        given += [replace(each, frames=(now,)) for each in PERIODS[9:]]
+        assert during("laser:stuck", "frames", given)[0] == (last,)
+
+
 def test_garbage_is_not_finite_or_huge_in_its_share():
     """A quarter of all values, none of the stamps; the others stay; dtypes too."""
     found = np.concatenate(during("imu:garbage=0.25", "imu"))
@@ -223,6 +233,8 @@ def test_slow_keeps_an_even_share_of_the_messages():
     np.testing.assert_array_equal(kept[0].ranges, PERIODS[10].sweeps.ranges[1:])
     clouds = [len(each) for each in during("laser:slow=0.25", "frames")]
     assert clouds == [0, 0, 0, 1] * 5 + [0]
+    ranges = [each is not None for each in during("laser:slow=0.25", "horizontal")]
+    assert ranges == [False, False, False, True] * 5 + [False]
     fixes = [len(each) for each in during("gnss:slow=0.1", "gnss")]
     assert fixes == ([0] * 9 + [1]) * 2 + [0]
 

@@ -97,6 +97,14 @@ def test_the_step_that_a_missing_number_advises_works():
             Fault.parse(str(raised.value).partition("; write ")[2])
 
 
+def test_bounds_belong_to_the_numbers():
+    """The shortest period, all values, the largest factor; an onset that never comes does not."""
+    for text in ("gnss:intermittent=0.2", "imu:garbage=1", "imu:scale=-1e9", "gnss:delayed=600"):
+        Fault.parse(text)
+    with pytest.raises(ValueError, match="expected an onset of 0 s or more, got inf"):
+        Fault("laser", "off", onset=float("inf"))
+
+
 def test_files_have_texts_or_tables():
     """Both give the same faults; JSON has texts, which settings take back."""
     table = {"sense": "gnss", "kind": "jump", "value": 500, "onset": 20}

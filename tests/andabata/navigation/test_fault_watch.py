@@ -51,6 +51,7 @@ def test_a_drive_that_ends_before_the_onset_was_not_faulty():
     assert response == FaultResponse(0.0, None, 0, "lost")
     assert not response.was_faulty
     assert watched("ok ok ok").response(end=2.5).was_faulty
+    assert watched("ok ok").response().faulty_s == 0.0
 
 
 LIMIT = ROBOT.max_wheel_speed

@@ -86,7 +86,11 @@ def test_the_catalogue_has_all_senses_and_kinds():
     data = catalogue()
     assert [each["kind"] for each in data["kinds"]] == list(KINDS)
     assert [each["sense"] for each in data["senses"]] == list(SENSES)
+    assert {each["kind"]: each["number"] for each in data["kinds"]}["slow"] == "share"
+    assert [each["kind"] for each in data["kinds"] if each["number"] is None] == ["off", "stuck"]
     assert len({Fault.parse(text) for text in data["typical"]}) == len(SENSES) * len(KINDS)
     text = printed(catalogue_tables(data))
     assert "radians of heading" in text
+    (line,) = (line.split() for line in text.splitlines() if " off " in line)
+    assert line[-1] == "none"
     assert "SENSE:KIND[=NUMBER][@ONSET[+DURATION]]" in text

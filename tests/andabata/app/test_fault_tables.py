@@ -91,6 +91,6 @@ def test_the_catalogue_has_all_senses_and_kinds():
     assert len({Fault.parse(text) for text in data["typical"]}) == len(SENSES) * len(KINDS)
     text = printed(catalogue_tables(data))
     assert "radians of heading" in text
-    (line,) = (line.split() for line in text.splitlines() if " off " in line)
+    line = next(line.split() for line in text.splitlines() if line.startswith(" off "))
     assert line[-1] == "none"
     assert "SENSE:KIND[=NUMBER][@ONSET[+DURATION]]" in text

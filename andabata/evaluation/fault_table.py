@@ -1,7 +1,8 @@
 """What faults of senses cost: trials with each alone and without it, in pairs, and the response."""
 
 from collections import Counter
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +25,9 @@ from andabata.navigation.fault_watch import FaultResponse
 SOON = 2.0
 """Time within which a fault should be flagged [s]."""
 
+_SAME_TIME = 0.05
+"""Difference of two times that counts as none: half a control period [s]."""
+
 
 def fault_rows(attempts: Sequence[OffroadAttempt], driven: Sequence[Arm]) -> list[Row]:
     """Return what each fault costs each controller, over all worlds, ready for JSON.
@@ -31,6 +35,8 @@ def fault_rows(attempts: Sequence[OffroadAttempt], driven: Sequence[Arm]) -> lis
     The first row of a controller is the robot without a fault, watched from the first onset on;
     ``fault`` is empty and its differences are None. A trial counts as a success if it reached all
     of its goals in a row. All that follows ``faulty`` counts trials that went on beyond the onset.
+    A flag that the robot without a fault has in the same trial at the same time is none of the
+    fault's, and does not count in its row.
 
     Args:
         attempts: Attempts of all trials; those with disturbances are passed over.
@@ -40,7 +46,9 @@ def fault_rows(attempts: Sequence[OffroadAttempt], driven: Sequence[Arm]) -> lis
         ValueError: If two arms did not drive the same trials.
     """
     by_name = {arm.name: arm for arm in driven if arm.fault is not None or arm.is_base}
-    chosen = [attempt for attempt in attempts if attempt.contender in by_name]
+    chosen = _with_own_flags(
+        [attempt for attempt in attempts if attempt.contender in by_name], by_name
+    )
 
     def controller(attempt: Attempt[OffroadMeasures]) -> Hashable:
         return by_name[attempt.contender].controller
@@ -70,6 +78,36 @@ def fault_rows(attempts: Sequence[OffroadAttempt], driven: Sequence[Arm]) -> lis
         row_of(table.columns, sample) | differences.get(sample.attempts[0].contender, none)
         for sample in table.samples(chosen)
     ]
+
+
+def _with_own_flags(
+    attempts: Sequence[OffroadAttempt], by_name: Mapping[str, Arm]
+) -> list[OffroadAttempt]:
+    """Return the attempts, those of faults without flags that have another cause."""
+    onset = min((arm.fault.onset for arm in by_name.values() if arm.fault is not None), default=0)
+    flags = {
+        (by_name[each.contender].controller, each.repetition): onset + flag
+        for each in attempts
+        if by_name[each.contender].is_base and (flag := _flag(each)) is not None
+    }
+
+    def own(attempt: OffroadAttempt) -> OffroadAttempt:
+        arm, flag = by_name[attempt.contender], _flag(attempt)
+        other = flags.get((arm.controller, attempt.repetition))
+        if arm.fault is None or flag is None or other is None:
+            return attempt
+        if abs(arm.fault.onset + flag - other) > _SAME_TIME or attempt.detail.response is None:
+            return attempt
+        response = replace(attempt.detail.response, flagged_after_s=None)
+        return replace(attempt, detail=replace(attempt.detail, response=response))
+
+    return [own(attempt) for attempt in attempts]
+
+
+def _flag(attempt: OffroadAttempt) -> float | None:
+    """Return the time from the onset to the flag of a trial [s], None without any."""
+    response = attempt.detail.response
+    return None if response is None else response.flagged_after_s
 
 
 def _ends(sample: Sample) -> Row:

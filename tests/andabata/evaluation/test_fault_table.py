@@ -58,6 +58,22 @@ def test_responses_are_counted_over_the_drives_beyond_the_onset():
     assert (blind["flagged"], blind["contacts"], blind["contacts_after_flag"]) == (0, 1, 0)
 
 
+def test_a_flag_of_the_robot_without_a_fault_is_none_of_the_faults():
+    """At the same time in the same trial; one before or after it is, and its own row has it."""
+    base, _, stuck, blind = ARMS  # Watched from 10 s, 20 s and 10 s on.
+    found = []
+    for number in range(3):
+        found += driven(number, base, 3, replace(CLEAN, flagged_after_s=12.0))
+        found += driven(number, stuck, 3, replace(CLEAN, flagged_after_s=(2.0, 1.9, 12.0)[number]))
+        found += driven(number, blind, 3, replace(CLEAN, flagged_after_s=(12.0, 2.0, 12.1)[number]))
+    rows = fault_rows(found, ARMS)
+    assert [row["flagged"] for row in rows] == [3, 2, 2]
+    assert [row["flagged_within_2_s"] for row in rows] == [0, 1, 1]
+    clean = [each for each in found if each.contender != base.name]
+    clean += [each for number in range(3) for each in driven(number, base, 3, CLEAN)]
+    assert sorted(row["flagged"] for row in fault_rows(clean, ARMS)) == [0, 3, 3]
+
+
 def test_each_fault_is_compared_with_the_robot_without():
     """In pairs of trials that reach all goals; the first row has no difference."""
     base, stuck, blind = fault_rows(attempts(), ARMS)

@@ -31,10 +31,10 @@ class SensorMonitor:
         """
         self._config = config
         self._received = dict.fromkeys(("imu", "wheels", "compass", "gnss"), stamp)
-        self._accepted = dict.fromkeys(("compass", "gnss"), stamp)
+        self._accepted = dict.fromkeys(("wheels", "compass", "gnss"), stamp)
         self._timeouts = (
             ("imu", self._received, config.imu_timeout),
-            ("wheels", self._received, config.wheel_timeout),
+            ("wheels", self._accepted, config.wheel_timeout),
             ("compass", self._accepted, config.compass_timeout),
             ("gnss", self._accepted, config.gnss_timeout),
         )
@@ -139,7 +139,7 @@ class SensorMonitor:
 
     def _overdue(self, name: str, seconds: float, is_silent: bool) -> str:
         """Return the warning about a sensor that was not heard, or not believed, for a time [s]."""
-        if name not in self._accepted:
+        if name == "imu" or (name == "wheels" and is_silent):
             return f"{name}: silent for {seconds:.1f} s"
         why = "no valid reading arrives" if is_silent else "what arrives contradicts the estimate"
         return f"{name}: not accepted for {seconds:.1f} s, {why}"

@@ -51,8 +51,9 @@ class UkfConfig(BaseModel):
         vertical_ratio: Ratio of vertical to horizontal noise of a fix.
         max_delay: Largest delay of a fix that is still taken into account [s].
         max_lead: Largest time by which a measurement may be ahead of the inertial rows [s].
+        max_age: Largest time by which an encoder or compass row may be older than the state [s].
         imu_timeout: Time without inertial rows after which the wheels replace the gyro [s].
-        wheel_timeout: Time without encoder rows after which there is a warning [s].
+        wheel_timeout: Time without an accepted encoder row after which there is a warning [s].
         compass_timeout: Time without an accepted compass reading after which there is a warning
             [s].
         gnss_timeout: Time without an accepted fix after which there is a warning [s].
@@ -81,6 +82,7 @@ class UkfConfig(BaseModel):
     vertical_ratio: float = Field(default=2.0, gt=0)
     max_delay: float = Field(default=2.0, gt=0, le=30)
     max_lead: float = Field(default=0.5, gt=0, le=5)
+    max_age: float = Field(default=1.0, gt=0, le=30)
     imu_timeout: float = Field(default=CONTROL_PERIOD, gt=0)
     wheel_timeout: float = Field(default=0.2, gt=0)
     compass_timeout: float = Field(default=1.0, gt=0)

@@ -23,6 +23,8 @@ from andabata.localization.filter_period import (
     OUTCOMES,
     REJECTED,
     SENSORS,
+    STALE,
+    WHEELS,
     first_inertial,
     run_period,
 )
@@ -85,14 +87,20 @@ _SLOW_CHANGE = 0.05
 _RESTART_SIGMA = 10.0
 """Standard deviation that is added to the position after a restart [m]."""
 
-_INFLATION = {"compass": (COMPASS, 1.0), "gnss": (GNSS, 3.0)}
-"""Row of counts and standard deviation [rad, m] of a first inflation, by sensor."""
+_RESTART_YAW_SIGMA = 0.5
+"""Standard deviation that is added to the heading after a restart [rad]."""
+
+_SUPERVISED = {"wheels": WHEELS, "compass": COMPASS, "gnss": GNSS}
+"""Row of counts of each sensor whose rows the filter accepts or not."""
+
+_INFLATION = {"compass": 1.0, "gnss": 3.0}
+"""Standard deviation [rad, m] of a first inflation, by sensor."""
 
 _POSE = [X, Y, Z, ROLL, PITCH, YAW]
 """States of the pose, in the order of a ROS message's covariance."""
 
 _GATED, _DISTURBED = "beyond the gate", "in a field that is not the Earth's"
-_INVALID, _LATE = "invalid", "too late or too early"
+_INVALID, _LATE, _STALE = "invalid", "too late or too early", "stale: too old or out of order"
 """Reasons why a reading is not used."""
 
 _ONE_YAW, _ONE_COMPASS_ERROR = slice(YAW, YAW + 1), slice(COMPASS_ERROR, COMPASS_ERROR + 1)
@@ -121,7 +129,8 @@ class UkfLocalizer:
             robot.wheel_radius, robot.creep, robot.creep_slope, robot.pivot, 0.0, 0.0, 0.0
         )
         weights = SigmaWeights.merwe(STATES)
-        self._model = FilterModel(body, config.noise, config.gates, weights, config.max_lead)
+        limits = config.max_lead, config.max_age
+        self._model = FilterModel(body, config.noise, config.gates, weights, *limits)
         self._converter = FixConverter(config, geo_reference)
         self.set_geo_reference(geo_reference)
         self._workspace = packed(Workspace.allocate())
@@ -186,7 +195,7 @@ class UkfLocalizer:
         Args:
             readings: Readings of the period.
         """
-        accepted = self._counts[:, ACCEPTED].tolist()
+        before = self._counts.tolist()
         fixes = self._fixes_in_map(readings)
         punctual = fixes
         if len(fixes):
@@ -203,7 +212,7 @@ class UkfLocalizer:
         self._ahead = self._rows_ahead(measurements) if waiting else None
         self._track.extend(self._rows[:filled])
         self._monitor.drive(float(self._x[SPEED]) * (self._now - period.now))
-        self._supervise(readings, accepted, fixes)
+        self._supervise(readings.stamp, before, fixes)
         self._orient(fixes)
         if not self._is_valid:
             self._restart(readings.stamp)
@@ -253,7 +262,9 @@ class UkfLocalizer:
     def _inertial_rows(self, readings: SensorReadings) -> tuple[NDArray[np.float64], NoiseModel]:
         """Return the inertial rows, a gap before them bridged, and the noise that they have."""
         rows, noise = _rows(readings.imu, 7), self._model.noise
-        first, end = first_inertial(rows), readings.stamp + TICK
+        # A row as old as the state, or far ahead of the clock, moves nothing: it is no arrival.
+        latest = readings.stamp + self._config.max_lead
+        first, end = first_inertial(rows, self._now, latest), readings.stamp + TICK
         if first < len(rows):
             self._monitor.receive("imu", readings.stamp)
             end = float(rows[first, 0])
@@ -324,27 +335,28 @@ class UkfLocalizer:
             # The track in odom stays as it was published: sweeps were placed with it.
             self._run(period, self._scratch_odometry)
 
-    def _supervise(
-        self, readings: SensorReadings, accepted: list[int], fixes: NDArray[np.float64]
-    ) -> None:
+    def _supervise(self, stamp: float, before: list[list[int]], fixes: NDArray[np.float64]) -> None:
         """Record which sensors sent data and were accepted, and inflate the covariance if due.
 
+        Only a row that the filter could weigh, whether it accepted it or not, counts as received.
+
         Args:
-            readings: Readings of the period.
-            accepted: Number of accepted measurements of each kind before the period.
+            stamp: End of the period [s].
+            before: Table of counts before the period.
             fixes: Fixes that arrived, in the map.
         """
-        stamp, monitor = readings.stamp, self._monitor
+        monitor = self._monitor
         for fix in fixes:
             monitor.add_offset(fix[1:3] - self._x[HORIZONTAL])
-        arrived = (("wheels", readings.encoders), ("compass", readings.mag), ("gnss", fixes))
-        for name, rows in arrived:
-            if rows is not None and len(rows):
+        after = self._counts.tolist()
+        for name, row in _SUPERVISED.items():
+            was, now = before[row], after[row]
+            is_accepted = now[ACCEPTED] > was[ACCEPTED]
+            if is_accepted or now[GATED] > was[GATED] or now[DISTURBED] > was[DISTURBED]:
                 monitor.receive(name, stamp)
-        now_accepted = self._counts[:, ACCEPTED].tolist()
-        for name, (sensor, sigma) in _INFLATION.items():
-            if now_accepted[sensor] > accepted[sensor]:
+            if is_accepted:
                 monitor.accept(name, stamp)
+        for name, sigma in _INFLATION.items():
             factor = monitor.inflation(name, stamp)
             if factor is not None:
                 self._inflate(self._doubted(name, stamp), sigma * factor)
@@ -388,6 +400,7 @@ class UkfLocalizer:
             x = np.zeros(STATES)
         self.reset(_pose_of(x), stamp)
         self._inflate(HORIZONTAL, _RESTART_SIGMA)
+        self._inflate(_ONE_YAW, _RESTART_YAW_SIGMA)
 
     @property
     def pose(self) -> Pose:
@@ -418,7 +431,7 @@ class UkfLocalizer:
         A magnetic field that is not the Earth's counts as gated.
         """
         return {
-            name: (row[ACCEPTED], row[GATED] + row[DISTURBED], row[REJECTED])
+            name: (row[ACCEPTED], row[GATED] + row[DISTURBED], row[REJECTED] + row[STALE])
             for name, row in zip(SENSORS, self._counts.tolist(), strict=True)
         }
 
@@ -464,7 +477,7 @@ class UkfLocalizer:
                 reasons = self._converter.rejected
                 late = row[REJECTED] - reasons.total()
                 invalid = reasons + Counter({_LATE: late})
-            found = {_GATED: row[GATED], _DISTURBED: row[DISTURBED], **invalid}
+            found = {_GATED: row[GATED], _DISTURBED: row[DISTURBED], _STALE: row[STALE], **invalid}
             unused[name] = {reason: number for reason, number in found.items() if number}
         return {name: reasons for name, reasons in unused.items() if reasons}
 

@@ -255,6 +255,34 @@ def test_it_continues_without_a_silent_sensor_and_warns(drive, missing, health, 
     assert position(errors) < bound
 
 
+@pytest.mark.parametrize("sense", ["imu", "encoders", "mag"])
+def test_a_sense_that_sends_nothing_valid_is_a_silent_one(drive, sense):
+    """Rows of NaN, and rows of a thousand seconds ago, end in the very health of no rows at all."""
+
+    def changed(readings, rows):
+        return replace(readings, **{sense: rows}) if readings.stamp > 10 else readings
+
+    def invalid(readings):
+        rows = getattr(readings, sense)
+        return changed(readings, rows * [1.0, *[np.nan] * (rows.shape[1] - 1)])
+
+    def old(readings):
+        rows = getattr(readings, sense)
+        return changed(readings, rows - [1000.0, *[0.0] * (rows.shape[1] - 1)])
+
+    steps = drive[1:]  # A drive begins without a row.
+    silent, errors = run(steps, lambda readings: changed(readings, None), seconds=40.0)
+    assert silent.health is Health.DEGRADED
+    for change in (invalid, old):
+        localizer, others = run(steps, change, seconds=40.0)
+        assert localizer.warnings == silent.warnings
+        np.testing.assert_array_equal(others, errors)
+    name = {"imu": "imu", "encoders": "wheels", "mag": "compass"}[sense]
+    assert localizer.counts[name][2] >= 3000
+    if sense != "imu":
+        assert localizer.status.unused[name]["stale: too old or out of order"] == 3000
+
+
 def test_it_recovers_when_a_sensor_sends_again(drive):
     """A gap of the inertial unit is bridged and forgotten."""
 
@@ -493,7 +521,7 @@ def test_far_from_the_origin_odom_is_near_its_own(drive):
 
 
 def test_it_restarts_at_its_last_position(drive):
-    """A covariance that is not positive definite leads to a restart in place."""
+    """A covariance that is not positive definite leads to a restart in place, in great doubt."""
     localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
     pose = drive[0].truth.pose
     localizer.reset(replace(pose, position=np.array([20.0, 30.0, 0.0])), 0.0, rough=True)
@@ -501,6 +529,7 @@ def test_it_restarts_at_its_last_position(drive):
     localizer._P[:] = -1.0
     localizer.update(drive[2])
     np.testing.assert_allclose(localizer.pose.position[:2], [20.0, 30.0], atol=0.5)
+    assert np.sqrt(np.diag(localizer.covariance)) == pytest.approx([10.0, 10.0, 0.5], rel=0.02)
 
 
 def test_without_a_heading_two_fixes_tell_it(drive):

@@ -113,7 +113,6 @@ class FilterModel(NamedTuple):
         gates: Limits of the NIS.
         weights: Weights of the sigma points.
         max_lead: ``UkfConfig.max_lead`` [s].
-        max_age: ``UkfConfig.max_age`` [s].
     """
 
     body: BodyParameters
@@ -121,4 +120,3 @@ class FilterModel(NamedTuple):
     gates: Gates
     weights: SigmaWeights
     max_lead: float
-    max_age: float = 1.0

@@ -47,11 +47,11 @@ IMU, WHEELS, GRAVITY_UPDATE, COMPASS, GNSS, ZERO_RATE = range(6)
 SENSORS = ("imu", "wheels", "gravity", "compass", "gnss", "zero_rate")
 """Names of these rows."""
 
-ACCEPTED, GATED, REJECTED, DISTURBED, STALE = range(5)
+ACCEPTED, GATED, REJECTED, DISTURBED = range(4)
 """Columns of the table of counts: accepted, beyond the gate, invalid, a field that is not the
-Earth's, too old or out of order."""
+Earth's."""
 
-OUTCOMES = 5
+OUTCOMES = 4
 """Number of these columns."""
 
 MAX_GYRO_RATE = 50.0
@@ -111,13 +111,8 @@ def _restore_considered(
 
 @borrowing_kernel
 def _count(counts: NDArray[np.int64], sensor: int, nis: float, gate: float) -> None:
-    """Count a measurement as accepted, gated, disturbed if its NIS is infinite, else rejected.
-
-    A NIS of minus infinity stands for a row that is stale.
-    """
-    if nis == -np.inf:
-        counts[sensor, STALE] += 1
-    elif nis <= gate:
+    """Count a measurement as accepted, gated, disturbed if its NIS is infinite, else rejected."""
+    if nis <= gate:
         counts[sensor, ACCEPTED] += 1
     elif nis == np.inf:
         counts[sensor, DISTURBED] += 1
@@ -176,19 +171,6 @@ def _end_of(imu: NDArray[np.float64], now: float, max_step: float) -> float:
 
 
 @borrowing_kernel
-def _is_stale(rows: NDArray[np.float64], k: int, oldest: float, end: float) -> bool:
-    """Return true if row k is older than an instant [s], or than the row before it.
-
-    A row before it that is ahead of the period's end [s] is passed over and sets no order.
-    """
-    stamp = rows[k, STAMP]
-    if stamp < oldest:
-        return True
-    before = rows[k - 1, STAMP] if k > 0 else -np.inf
-    return stamp < before - STAMP_TOLERANCE and before <= end + STAMP_TOLERANCE
-
-
-@borrowing_kernel
 def _next_row(rows: NDArray[np.float64], k: int, end: float) -> int:
     """Return the index of the first row from k on that is not ahead of the period's end [s]."""
     while k < len(rows) and rows[k, STAMP] > end + STAMP_TOLERANCE:
@@ -218,7 +200,6 @@ def _take_wheels(
     end: float,
     rows: NDArray[np.float64],
     first: int,
-    oldest: float,
     model: FilterModel,
     workspace: Workspace,
     counts: NDArray[np.int64],
@@ -232,7 +213,6 @@ def _take_wheels(
         end: End of the period [s]; rows ahead of it are passed over.
         rows: Encoder rows that arrived, shape (k, 3).
         first: Index of the first row that was not taken yet.
-        oldest: Stamp before which a row is too old [s].
         model: Parameters of the filter.
         workspace: Buffers of the filter.
         counts: Table of counts, changed in place.
@@ -244,9 +224,7 @@ def _take_wheels(
     first = _next_row(rows, first, end)
     while _is_due(rows, first, now):
         nis = np.nan
-        if _is_stale(rows, first, oldest, end):
-            nis = -np.inf
-        elif _is_finite(rows[first]):
+        if _is_finite(rows[first]):
             left, right = rows[first, LEFT], rows[first, RIGHT]
             speed = model.body.wheel_radius * (left + right) / 2
             still = left == 0.0 and right == 0.0
@@ -265,7 +243,6 @@ def _take_mag_or_gnss(
     end: float,
     rows: NDArray[np.float64],
     first: int,
-    oldest: float,
     model: FilterModel,
     workspace: Workspace,
     counts: NDArray[np.int64],
@@ -279,9 +256,7 @@ def _take_mag_or_gnss(
     first = _next_row(rows, first, end)
     while _is_due(rows, first, now):
         nis = np.nan
-        if _is_stale(rows, first, oldest, end):
-            nis = -np.inf
-        elif _is_finite(rows[first]):
+        if _is_finite(rows[first]):
             if model.body.heading_only:
                 _copy_belief(x, P, workspace.kept_state, workspace.kept_covariance)
             if sensor == COMPASS:
@@ -330,10 +305,9 @@ def run_period(
 
     Each measurement corrects the state at the first inertial row that is not older than it: at most
     10 ms late. Fixes of the instant at which the period begins correct before. Rows that are not
-    finite, older than the period by more than ``max_age``, or older than the row before them are
-    rejected and counted. On a live robot each sensor has its own latency: rows ahead of the last
-    inertial row are passed over, to wait for the next period. Those further ahead than ``max_lead``
-    are rejected.
+    finite, or whose stamps decrease, are rejected and counted. On a live robot each sensor has its
+    own latency: rows ahead of the last inertial row are passed over, to wait for the next period.
+    Those further ahead than ``max_lead`` are rejected.
 
     Args:
         beliefs: Record of a ``Belief``, changed in place.
@@ -352,14 +326,14 @@ def run_period(
     x, P, counts = beliefs[0].x, beliefs[0].P, beliefs[0].counts
     model, workspace = models[0], workspaces[0]
     imu, wheels, mag, gnss = measurements
-    end, oldest = _end_of(imu, now, model.body.max_step), now - model.max_age
+    end = _end_of(imu, now, model.body.max_step)
     waiting = _count_waiting(wheels, WHEELS, end, model.max_lead, counts)
     waiting += _count_waiting(mag, COMPASS, end, model.max_lead, counts)
     waiting += _count_waiting(gnss, GNSS, end, model.max_lead, counts)
     filled = 0
     next_wheels = next_mag = 0
     # A late fix of the very instant at which the period begins: the state is still that of then.
-    next_gnss = _take_mag_or_gnss(GNSS, x, P, now, end, gnss, 0, oldest, model, workspace, counts)
+    next_gnss = _take_mag_or_gnss(GNSS, x, P, now, end, gnss, 0, model, workspace, counts)
     for i in range(len(imu)):
         dt = imu[i, STAMP] - now
         if not _is_inertial(imu[i]) or not 0.0 < dt <= model.body.max_step:
@@ -370,14 +344,14 @@ def run_period(
         now = imu[i, STAMP]
         counts[IMU, ACCEPTED] += 1
         next_wheels, still = _take_wheels(
-            x, P, now, end, wheels, next_wheels, oldest, model, workspace, counts
+            x, P, now, end, wheels, next_wheels, model, workspace, counts
         )
         _take_imu(x, P, imu[i], still, model, workspace, counts)
         next_mag = _take_mag_or_gnss(
-            COMPASS, x, P, now, end, mag, next_mag, oldest, model, workspace, counts
+            COMPASS, x, P, now, end, mag, next_mag, model, workspace, counts
         )
         next_gnss = _take_mag_or_gnss(
-            GNSS, x, P, now, end, gnss, next_gnss, oldest, model, workspace, counts
+            GNSS, x, P, now, end, gnss, next_gnss, model, workspace, counts
         )
         _advance_odometry(x, imu[i], dt, model.body, odometry)
         _write_pose(now, x, odometry, track[filled])

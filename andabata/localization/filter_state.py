@@ -56,7 +56,7 @@ class Belief(NamedTuple):
     Attributes:
         x: State, shape (20,).
         P: Covariance, shape (20, 20).
-        counts: Table of counts by kind of measurement, int64, shape (6, 5); see ``filter_period``.
+        counts: Table of counts by kind of measurement, int64, shape (6, 4); see ``filter_period``.
     """
 
     x: NDArray[np.float64]

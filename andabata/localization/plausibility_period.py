@@ -1,0 +1,337 @@
+"""One period of the plausibility of inertial unit, encoders and compass: runs, turns, forces."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.localization.filter_state import GYRO_BIAS_Y, GYRO_BIAS_Z, PITCH, ROLL, YAW
+from andabata.localization.measurements import FORCE, GYRO, LEFT, RIGHT, STAMP
+from andabata.localization.sense_watch import (
+    COMPASS,
+    FORCE_PERIODS,
+    FORCES,
+    IMU,
+    PERIODS,
+    WHEELS,
+    PlausibilityConfig,
+    Watch,
+    Wheel,
+)
+from andabata.machine.proprioception import GRAVITY
+from terrain.kernel import borrowing_kernel
+
+REPEATED, SCALE = 1, 2
+"""Reasons why a sense is not believed; 0 is none."""
+
+_MAX_PERIOD = 0.5
+"""Longest period whose turns are compared [s]."""
+
+_ROWS_OF_A_RUN = 5
+"""Least number of equal rows that can be a sensor that hangs."""
+
+_AGREEMENT = (0.1, 0.2)
+"""Difference of two turns, and its share of the larger one, at which two senses agree [rad]."""
+
+_DIFFERENCE = (0.25, 0.25)
+"""The same at which gyro and compass contradict each other [rad]."""
+
+_WHEEL_DIFFERENCE = (0.25, 0.5)
+"""The same at which wheels, which slip, contradict both [rad]."""
+
+_STILL_TURN = 0.3
+"""Turn in which wheels cannot stand still [rad]."""
+
+_CLEAR_TURN = 0.5
+"""Turn in which an agreement counts [rad]."""
+
+_PERIODS_OF_RATIO = 20
+"""Number of periods with a clear turn after which the wheels' own turn per turn is known."""
+
+_RATIO_WEIGHT = 0.02
+"""Weight of a further period in that ratio."""
+
+
+@borrowing_kernel
+def examine_period(
+    watches: NDArray[np.void],
+    stamp: float,
+    now: float,
+    imu: NDArray[np.float64],
+    wheels: NDArray[np.float64],
+    mag: NDArray[np.float64],
+    beliefs: NDArray[np.void],
+) -> int:
+    """Examine the rows of a period; see ``Plausibility.examine``.
+
+    Args:
+        watches: Record of the ``Watch``, changed in place.
+        stamp: End of the period [s].
+        now: Stamp of the state [s].
+        imu: Inertial rows, shape (k, 7).
+        wheels: Encoder rows, shape (k, 3).
+        mag: Compass rows, shape (k, 4).
+        beliefs: Record of the ``Belief``.
+
+    Returns:
+        Number of senses that are not believed, and of those with rows that are stale.
+    """
+    watch, x = watches[0], beliefs[0].x
+    limits, wheel = watch.limits, watch.wheel
+    moves = False
+    for k in range(len(wheels)):
+        moves = moves or abs(wheels[k, LEFT]) > 0.0 or abs(wheels[k, RIGHT]) > 0.0
+    rate = _yaw_rate(imu, x)
+    _record_period(watch, stamp, rate, wheels, mag, x, wheel)
+    if not np.isnan(rate):
+        watch.rates[0], watch.rates[1] = min(watch.rates[0], rate), max(watch.rates[1], rate)
+    _follow_run(watch, IMU, watch.imu, imu, moves, limits.repeat_time)
+    is_same = _follow_run(watch, COMPASS, watch.mag, mag, moves, limits.repeat_time)
+    watch.run_turn[0] = watch.run_turn[0] + watch.turns[_slot_of(watch), 0] if is_same else 0.0
+    if not _follow_run(watch, WHEELS, watch.wheels, wheels, moves, limits.wheel_repeat_time):
+        watch.rates[0], watch.rates[1] = np.inf, -np.inf
+    _judge_runs(watch, limits, moves)
+    _judge_turns(watch, stamp, limits.turn_time)
+    _judge_turns(watch, stamp, 2 * limits.turn_time)
+    _judge_force(watch, limits, stamp, imu)
+    found = 0
+    for sense in range(4):
+        found += watch.doubts[sense] != 0
+    oldest = now - limits.max_age
+    return found + _has_stale(wheels, oldest) + _has_stale(mag, oldest)
+
+
+@borrowing_kernel
+def _has_stale(rows: NDArray[np.float64], oldest: float) -> bool:
+    """Return true if a row is older than an instant [s], or than the row before it."""
+    before = oldest
+    for k in range(len(rows)):
+        if rows[k, STAMP] < before:
+            return True
+        before = max(rows[k, STAMP], oldest)
+    return False
+
+
+@borrowing_kernel
+def _slot_of(watch: Watch) -> int:
+    """Return the place of the last period."""
+    return int(watch.slot[0] - 1) % PERIODS
+
+
+@borrowing_kernel
+def _yaw_rate(imu: NDArray[np.float64], x: NDArray[np.float64]) -> float:
+    """Return the mean yaw rate by the gyro [rad/s], NaN without a valid row."""
+    y, z, n = 0.0, 0.0, 0
+    for k in range(len(imu)):
+        if np.isfinite(imu[k, GYRO + 1]) and np.isfinite(imu[k, GYRO + 2]):
+            y += imu[k, GYRO + 1] - x[GYRO_BIAS_Y]
+            z += imu[k, GYRO + 2] - x[GYRO_BIAS_Z]
+            n += 1
+    if n == 0:
+        return np.nan
+    return (np.sin(x[ROLL]) * y + np.cos(x[ROLL]) * z) / (n * np.cos(x[PITCH]))
+
+
+@borrowing_kernel
+def _heading(row: NDArray[np.float64], x: NDArray[np.float64]) -> float:
+    """Return the heading of a levelled field against magnetic north, counter-clockwise [rad]."""
+    sr, cr, sp, cp = np.sin(x[ROLL]), np.cos(x[ROLL]), np.sin(x[PITCH]), np.cos(x[PITCH])
+    forward = cp * row[1] + sp * (sr * row[2] + cr * row[3])
+    left = cr * row[2] - sr * row[3]
+    return np.arctan2(-left, forward)
+
+
+@borrowing_kernel
+def _record_period(
+    watch: Watch,
+    stamp: float,
+    rate: float,
+    wheels: NDArray[np.float64],
+    mag: NDArray[np.float64],
+    x: NDArray[np.float64],
+    wheel: Wheel,
+) -> None:
+    """Record the turns of a period by gyro, wheels and compass, and the way by the wheels."""
+    dt = stamp - watch.now[0]
+    watch.now[0] = stamp
+    left, right, n = 0.0, 0.0, 0
+    for k in range(len(wheels)):
+        if np.isfinite(wheels[k, LEFT]) and np.isfinite(wheels[k, RIGHT]):
+            left, right, n = left + wheels[k, LEFT], right + wheels[k, RIGHT], n + 1
+    if n > 0:
+        watch.wheel_rate[0], watch.wheel_rate[1] = (right - left) / n * wheel.yaw_rate, stamp
+        if 0.0 < dt <= _MAX_PERIOD:
+            step = (left + right) / (2 * n) * wheel.radius * dt
+            watch.way[0] += step * np.cos(x[YAW])
+            watch.way[1] += step * np.sin(x[YAW])
+    turn = np.nan
+    for k in range(len(mag) - 1, -1, -1):
+        heading = _heading(mag[k], x)
+        if np.isfinite(heading):
+            if stamp - watch.heading[1] <= _MAX_PERIOD:
+                turn = heading - watch.heading[0]
+                turn -= 2 * np.pi * np.round(turn / (2 * np.pi))
+            watch.heading[0], watch.heading[1] = heading, stamp
+            break
+    if np.isnan(turn) and stamp - watch.heading[1] <= _MAX_PERIOD and len(mag) == 0:
+        turn = 0.0  # It comes less often than periods: the next one has it.
+    slot = int(watch.slot[0]) % PERIODS
+    watch.slot[0] += 1
+    watch.stamps[slot] = stamp
+    known = 0.0 < dt <= _MAX_PERIOD
+    held = stamp - watch.wheel_rate[1] <= _MAX_PERIOD
+    watch.turns[slot, 0] = rate * dt if known else np.nan
+    watch.turns[slot, 1] = watch.wheel_rate[0] * dt if known and held else np.nan
+    watch.turns[slot, 2] = turn if known else np.nan
+
+
+@borrowing_kernel
+def _follow_run(
+    watch: Watch,
+    sense: int,
+    last: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    moves: bool,
+    limit: float,
+) -> bool:
+    """Follow a sense's run of equal rows; return true if all rows of a period equal the last one.
+
+    Args:
+        watch: Watch, changed in place.
+        sense: Sense.
+        last: Its last valid row, changed in place.
+        rows: Its rows.
+        moves: True if the wheels turn.
+        limit: Time of a run that shows how coarse a sense is [s].
+    """
+    same = True
+    for k in range(len(rows)):
+        finite, equal = True, True
+        for c in range(len(last)):
+            finite = finite and bool(np.isfinite(rows[k, c]))
+            equal = equal and (c == STAMP or rows[k, c] == last[c])
+        if not finite:
+            continue
+        if equal:
+            watch.rows[sense] += 1
+        else:
+            # A long run that ended by itself and was not doubted, or one at rest, is a habit.
+            if last[STAMP] - watch.begin[sense] >= limit and watch.doubts[sense] == 0:
+                watch.coarse[sense] = 1.0
+            watch.begin[sense], watch.rows[sense] = rows[k, STAMP], 1.0
+            watch.changes[sense] += 1
+            same = False
+        for c in range(len(last)):
+            last[c] = rows[k, c]
+    rests = not moves and watch.rows[sense] >= _ROWS_OF_A_RUN and watch.doubts[sense] == 0
+    if rests and last[STAMP] - watch.begin[sense] >= limit:
+        watch.coarse[sense] = 1.0
+    return same
+
+
+@borrowing_kernel
+def _doubt(watch: Watch, sense: int, reason: int, since: float) -> None:
+    """Doubt a sense from a time on [s]; the first doubt stays."""
+    if watch.doubts[sense] == 0:
+        watch.doubts[sense], watch.since[sense] = reason, since
+
+
+@borrowing_kernel
+def _acquit(watch: Watch, sense: int, reason: int) -> None:
+    """End a doubt of some reason."""
+    if watch.doubts[sense] == reason:
+        watch.doubts[sense] = 0
+
+
+@borrowing_kernel
+def _judge_runs(watch: Watch, limits: PlausibilityConfig, moves: bool) -> None:
+    """Doubt the senses that repeat themselves while others move; believe those that change."""
+    for sense in range(3):
+        if watch.rows[sense] < _ROWS_OF_A_RUN:
+            _acquit(watch, sense, REPEATED)
+            continue
+        scatters = watch.changes[sense] >= limits.scatter and watch.coarse[sense] == 0
+        begin = watch.begin[sense]
+        if sense == WHEELS:
+            duration = watch.wheels[STAMP] - begin
+            change = watch.rates[1] - watch.rates[0]
+            if moves and duration >= limits.wheel_repeat_time and change > limits.repeat_rate:
+                _doubt(watch, sense, REPEATED, begin)
+        elif sense == COMPASS:
+            is_long = watch.mag[STAMP] - begin >= limits.repeat_time
+            if is_long and ((moves and scatters) or abs(watch.run_turn[0]) > limits.repeat_turn):
+                _doubt(watch, sense, REPEATED, begin)
+        elif moves and scatters and watch.imu[STAMP] - begin >= limits.repeat_time:
+            _doubt(watch, sense, REPEATED, begin)
+
+
+@borrowing_kernel
+def _differ(a: float, b: float, size: float, limits: tuple[float, float]) -> bool:
+    """Return true if two turns differ by more than a number and a share of a size [rad]."""
+    return abs(a - b) > limits[0] + limits[1] * size
+
+
+@borrowing_kernel
+def _judge_turns(watch: Watch, stamp: float, time: float) -> None:
+    """Compare the turns by gyro, wheels and compass in a time [s]: two convict the third."""
+    gyro, wheels, compass = 0.0, 0.0, 0.0
+    for k in range(PERIODS):
+        if watch.stamps[k] > stamp - time:
+            gyro += watch.turns[k, 0]
+            wheels += watch.turns[k, 1]
+            compass += watch.turns[k, 2]
+    wheels /= watch.ratio[0]
+    larger = max(abs(gyro), abs(compass))
+    if _differ(gyro, compass, larger, _DIFFERENCE):
+        if abs(compass - wheels) < 0.5 * abs(gyro - wheels):
+            _doubt(watch, IMU, SCALE, stamp)
+    elif abs(gyro - compass) <= _AGREEMENT[0] + _AGREEMENT[1] * larger:
+        # What a doubt came from ends none.
+        if larger > _CLEAR_TURN and watch.since[IMU] <= stamp - time:
+            _acquit(watch, IMU, SCALE)
+        is_learned = watch.ratio[1] >= _PERIODS_OF_RATIO
+        still = wheels == 0.0 and abs(gyro) > _STILL_TURN
+        if still or (is_learned and _differ(wheels, gyro, abs(gyro), _WHEEL_DIFFERENCE)):
+            _doubt(watch, WHEELS, SCALE, stamp)
+        elif abs(gyro) > _CLEAR_TURN and np.isfinite(wheels):
+            acquits = watch.since[WHEELS] <= stamp - time
+            _learn_ratio(watch, wheels / gyro * watch.ratio[0], is_learned, acquits)
+
+
+@borrowing_kernel
+def _learn_ratio(watch: Watch, ratio: float, is_learned: bool, acquits: bool) -> None:
+    """Learn the turn by the wheels per turn by the gyro, and believe the wheels that agree."""
+    if not is_learned:
+        watch.ratio[1] += 1
+        # Within what a track that is stated wrong explains.
+        bounded = min(max(ratio, 0.2), 5.0)
+        if watch.ratio[1] == 1:
+            watch.ratio[0] = bounded
+        else:
+            watch.ratio[0] += (bounded - watch.ratio[0]) / watch.ratio[1]
+    elif 0.7 < ratio / watch.ratio[0] < 1.4:
+        if acquits:
+            _acquit(watch, WHEELS, SCALE)
+        watch.ratio[0] += _RATIO_WEIGHT * (ratio - watch.ratio[0])
+
+
+@borrowing_kernel
+def _judge_force(
+    watch: Watch, limits: PlausibilityConfig, stamp: float, imu: NDArray[np.float64]
+) -> None:
+    """Compare the mean specific force with gravity."""
+    total, n = 0.0, 0
+    for k in range(len(imu)):
+        x, y, z = imu[k, FORCE], imu[k, FORCE + 1], imu[k, FORCE + 2]
+        size = np.sqrt(x * x + y * y + z * z)
+        if np.isfinite(size):
+            total, n = total + size, n + 1
+    if n == 0:
+        return
+    watch.forces[int(watch.slot[1]) % FORCE_PERIODS] = total / n
+    watch.slot[1] += 1
+    mean = 0.0
+    for k in range(FORCE_PERIODS):
+        mean += watch.forces[k] / FORCE_PERIODS
+    if abs(mean - GRAVITY) > limits.force_share * GRAVITY:
+        _doubt(watch, FORCES, SCALE, stamp)
+    else:
+        _acquit(watch, FORCES, SCALE)

@@ -19,12 +19,14 @@ from andabata.localization.plausibility_period import (
     examine_period,
 )
 from andabata.localization.sense_watch import (
+    DOUBTS,
+    SINCE,
+    WAY,
     WHEELS,
     PlausibilityConfig,
     Wheel,
-    fresh_watch,
+    fresh_memory,
 )
-from terrain.record import packed
 
 NAMES = ("imu", "wheels", "compass", "gravity")
 """Names of these senses in warnings and counts."""
@@ -73,14 +75,13 @@ class Plausibility:
 
     def reset(self, stamp: float) -> None:
         """Begin anew at a time [s], with all senses believed."""
-        self._watch = packed(fresh_watch(self._config, self._wheel, stamp))
-        self._codes: NDArray[np.float64] = self._watch["doubts"][0]
-        self._since: NDArray[np.float64] = self._watch["since"][0]
+        self._memory = fresh_memory(self._config, self._wheel, stamp)
+        self._codes, self._since = self._memory[DOUBTS], self._memory[SINCE]
         self.doubts: dict[str, Doubt] = {}
         self.unused.clear()
 
     def believed(
-        self, stamp: float, now: float, rows: SenseRows, belief: NDArray[np.void]
+        self, stamp: float, now: float, rows: SenseRows, x: NDArray[np.float64]
     ) -> SenseRows:
         """Take the rows of a period and return those that are believed.
 
@@ -88,9 +89,9 @@ class Plausibility:
             stamp: End of the period [s].
             now: Stamp of the state [s].
             rows: Rows that arrived.
-            belief: Record of the ``Belief`` at the begin of the period.
+            x: State at the begin of the period, shape (20,).
         """
-        found = examine_period(self._watch, stamp, now, *rows, belief)
+        found = examine_period(self._memory, stamp, now, *rows, x)
         if not (found or self.doubts):
             return rows
         codes = zip(NAMES, self._codes.tolist(), strict=True)
@@ -129,8 +130,7 @@ class Plausibility:
     @property
     def way(self) -> NDArray[np.float64]:
         """Sum of the robot's steps by the wheels, believed or not, in the map's axes [m]."""
-        way: NDArray[np.float64] = self._watch["way"][0]
-        return way
+        return self._memory[WAY]
 
     def judge_wheels(self, is_wrong: bool, begin: float, stamp: float) -> None:
         """Take what the fixes say about the scale of the wheels.

@@ -15,6 +15,7 @@ from andabata.localization.sense_watch import (
     PlausibilityConfig,
     Watch,
     Wheel,
+    watch_of,
 )
 from andabata.machine.proprioception import GRAVITY
 from terrain.kernel import borrowing_kernel
@@ -52,30 +53,32 @@ _RATIO_WEIGHT = 0.02
 
 @borrowing_kernel
 def examine_period(
-    watches: NDArray[np.void],
+    memory: NDArray[np.float64],
     stamp: float,
     now: float,
     imu: NDArray[np.float64],
     wheels: NDArray[np.float64],
     mag: NDArray[np.float64],
-    beliefs: NDArray[np.void],
+    x: NDArray[np.float64],
 ) -> int:
     """Examine the rows of a period; see ``Plausibility.examine``.
 
     Args:
-        watches: Record of the ``Watch``, changed in place.
+        memory: Memory of the ``Watch``, changed in place.
         stamp: End of the period [s].
         now: Stamp of the state [s].
         imu: Inertial rows, shape (k, 7).
         wheels: Encoder rows, shape (k, 3).
         mag: Compass rows, shape (k, 4).
-        beliefs: Record of the ``Belief``.
+        x: State, shape (20,).
 
     Returns:
         Number of senses that are not believed, and of those with rows that are stale.
     """
-    watch, x = watches[0], beliefs[0].x
-    limits, wheel = watch.limits, watch.wheel
+    watch = watch_of(memory)
+    v = watch.limits
+    limits = PlausibilityConfig(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7])
+    wheel = Wheel(v[8], v[9])
     moves = False
     for k in range(len(wheels)):
         moves = moves or abs(wheels[k, LEFT]) > 0.0 or abs(wheels[k, RIGHT]) > 0.0
@@ -85,12 +88,11 @@ def examine_period(
         watch.rates[0], watch.rates[1] = min(watch.rates[0], rate), max(watch.rates[1], rate)
     _follow_run(watch, IMU, watch.imu, imu, moves, limits.repeat_time)
     is_same = _follow_run(watch, COMPASS, watch.mag, mag, moves, limits.repeat_time)
-    watch.run_turn[0] = watch.run_turn[0] + watch.turns[_slot_of(watch), 0] if is_same else 0.0
+    watch.run_turn[0] = watch.run_turn[0] + watch.gyro_turns[_slot_of(watch)] if is_same else 0.0
     if not _follow_run(watch, WHEELS, watch.wheels, wheels, moves, limits.wheel_repeat_time):
         watch.rates[0], watch.rates[1] = np.inf, -np.inf
     _judge_runs(watch, limits, moves)
     _judge_turns(watch, stamp, limits.turn_time)
-    _judge_turns(watch, stamp, 2 * limits.turn_time)
     _judge_force(watch, limits, stamp, imu)
     found = 0
     for sense in range(4):
@@ -178,9 +180,9 @@ def _record_period(
     watch.stamps[slot] = stamp
     known = 0.0 < dt <= _MAX_PERIOD
     held = stamp - watch.wheel_rate[1] <= _MAX_PERIOD
-    watch.turns[slot, 0] = rate * dt if known else np.nan
-    watch.turns[slot, 1] = watch.wheel_rate[0] * dt if known and held else np.nan
-    watch.turns[slot, 2] = turn if known else np.nan
+    watch.gyro_turns[slot] = rate * dt if known else np.nan
+    watch.wheel_turns[slot] = watch.wheel_rate[0] * dt if known and held else np.nan
+    watch.compass_turns[slot] = turn if known else np.nan
 
 
 @borrowing_kernel
@@ -271,13 +273,37 @@ def _differ(a: float, b: float, size: float, limits: tuple[float, float]) -> boo
 
 @borrowing_kernel
 def _judge_turns(watch: Watch, stamp: float, time: float) -> None:
-    """Compare the turns by gyro, wheels and compass in a time [s]: two convict the third."""
+    """Compare the turns by gyro, wheels and compass in a time [s], and in twice of it."""
     gyro, wheels, compass = 0.0, 0.0, 0.0
-    for k in range(PERIODS):
-        if watch.stamps[k] > stamp - time:
-            gyro += watch.turns[k, 0]
-            wheels += watch.turns[k, 1]
-            compass += watch.turns[k, 2]
+    stamps = watch.stamps
+    last, is_long = _slot_of(watch), False
+    for back in range(PERIODS):
+        k = (last - back) % PERIODS
+        if not is_long and stamps[k] <= stamp - time:
+            _judge_turn(watch, stamp, time, gyro, wheels, compass)
+            is_long = True
+        if stamps[k] <= stamp - 2 * time:
+            break
+        gyro += watch.gyro_turns[k]
+        wheels += watch.wheel_turns[k]
+        compass += watch.compass_turns[k]
+    _judge_turn(watch, stamp, 2 * time if is_long else time, gyro, wheels, compass)
+
+
+@borrowing_kernel
+def _judge_turn(
+    watch: Watch, stamp: float, time: float, gyro: float, wheels: float, compass: float
+) -> None:
+    """Compare the turns by gyro, wheels and compass in some time: two that agree convict the third.
+
+    Args:
+        watch: Watch, changed in place.
+        stamp: Time [s].
+        time: Length of the time up to then [s].
+        gyro: Turn by the gyro [rad].
+        wheels: Turn by the wheels [rad].
+        compass: Turn by the compass [rad].
+    """
     wheels /= watch.ratio[0]
     larger = max(abs(gyro), abs(compass))
     if _differ(gyro, compass, larger, _DIFFERENCE):
@@ -326,11 +352,13 @@ def _judge_force(
             total, n = total + size, n + 1
     if n == 0:
         return
-    watch.forces[int(watch.slot[1]) % FORCE_PERIODS] = total / n
+    forces = watch.forces
+    forces[int(watch.slot[1]) % FORCE_PERIODS] = total / n
     watch.slot[1] += 1
     mean = 0.0
     for k in range(FORCE_PERIODS):
-        mean += watch.forces[k] / FORCE_PERIODS
+        mean += forces[k]
+    mean /= FORCE_PERIODS
     if abs(mean - GRAVITY) > limits.force_share * GRAVITY:
         _doubt(watch, FORCES, SCALE, stamp)
     else:

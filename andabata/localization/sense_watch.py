@@ -6,12 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.proprioception import GRAVITY
+from terrain.kernel import borrowing_kernel
 
 IMU, WHEELS, COMPASS, FORCES = range(4)
 """Senses that are examined; the last one is the accelerometer of the inertial unit."""
 
 PERIODS = 128
 """Number of periods that are kept: 6.4 s of a live graph, which has twenty a second."""
+
+_BEGIN = 68
+"""Size of a watch's memory before the stamps of the periods."""
+
+WAY, DOUBTS, SINCE = slice(56, 58), slice(60, 64), slice(64, 68)
+"""Places of three parts of a watch in its memory."""
 
 FORCE_PERIODS = 10
 """Number of periods over which the specific force is averaged."""
@@ -60,9 +67,11 @@ class PlausibilityConfig(NamedTuple):
 class Watch(NamedTuple):
     """What is known of the senses: last rows, runs of equal ones, turns of the last periods.
 
+    All are views of one array, ``fresh_memory``: a call takes an array apart in a tenth of the time
+    that a record takes.
+
     Attributes:
-        limits: Limits.
-        wheel: Size of the wheels.
+        limits: Values of ``PlausibilityConfig``, then of ``Wheel``, shape (10,).
         imu: Last valid inertial row, shape (7,), NaN before.
         wheels: Last valid encoder row, shape (3,).
         mag: Last valid compass row, shape (4,).
@@ -72,8 +81,6 @@ class Watch(NamedTuple):
         coarse: 1 for a sense that is known to repeat itself, shape (3,).
         run_turn: Turn of the gyro in the compass's run [rad], shape (1,).
         rates: Lowest and highest yaw rate of the gyro in the encoders' run [rad/s], shape (2,).
-        stamps: End of each of the last periods [s], shape (128,).
-        turns: Turn by gyro, wheels and compass in each [rad], NaN if unknown, shape (128, 3).
         forces: Mean specific force of the last periods with any [m/s2], shape (10,).
         slot: Number of periods so far, and of those with a specific force, shape (2,).
         heading: Last heading by the compass [rad] and its time [s], shape (2,).
@@ -84,10 +91,13 @@ class Watch(NamedTuple):
             from, shape (2,).
         doubts: ``Doubt`` about each sense, shape (4,).
         since: Time since when, shape (4,) [s].
+        stamps: End of each of the last periods [s], shape (128,).
+        gyro_turns: Turn by the gyro in each [rad], NaN if unknown, shape (128,).
+        wheel_turns: The same by the wheels.
+        compass_turns: The same by the compass.
     """
 
-    limits: PlausibilityConfig
-    wheel: Wheel
+    limits: NDArray[np.float64]
     imu: NDArray[np.float64]
     wheels: NDArray[np.float64]
     mag: NDArray[np.float64]
@@ -97,8 +107,6 @@ class Watch(NamedTuple):
     coarse: NDArray[np.float64]
     run_turn: NDArray[np.float64]
     rates: NDArray[np.float64]
-    stamps: NDArray[np.float64]
-    turns: NDArray[np.float64]
     forces: NDArray[np.float64]
     slot: NDArray[np.float64]
     heading: NDArray[np.float64]
@@ -108,19 +116,22 @@ class Watch(NamedTuple):
     ratio: NDArray[np.float64]
     doubts: NDArray[np.float64]
     since: NDArray[np.float64]
+    stamps: NDArray[np.float64]
+    gyro_turns: NDArray[np.float64]
+    wheel_turns: NDArray[np.float64]
+    compass_turns: NDArray[np.float64]
 
 
-def fresh_watch(limits: PlausibilityConfig, wheel: Wheel, now: float) -> Watch:
-    """Return a watch that has seen nothing.
+def fresh_memory(limits: PlausibilityConfig, wheel: Wheel, now: float) -> NDArray[np.float64]:
+    """Return the memory of a watch that has seen nothing, float64, shape (m,).
 
     Args:
         limits: Limits.
         wheel: Size of the wheels.
         now: Time [s].
     """
-    return Watch(
-        limits=limits,
-        wheel=wheel,
+    parts = Watch(
+        limits=np.array([*limits, *wheel], dtype=np.float64),
         imu=np.full(7, np.nan),
         wheels=np.full(3, np.nan),
         mag=np.full(4, np.nan),
@@ -130,8 +141,6 @@ def fresh_watch(limits: PlausibilityConfig, wheel: Wheel, now: float) -> Watch:
         coarse=np.zeros(3),
         run_turn=np.zeros(1),
         rates=np.array([np.inf, -np.inf]),
-        stamps=np.full(PERIODS, -np.inf),
-        turns=np.zeros((PERIODS, 3)),
         forces=np.full(FORCE_PERIODS, GRAVITY),
         slot=np.zeros(2),
         heading=np.array([np.nan, -np.inf]),
@@ -141,4 +150,44 @@ def fresh_watch(limits: PlausibilityConfig, wheel: Wheel, now: float) -> Watch:
         ratio=np.array([1.0, 0.0]),
         doubts=np.zeros(4),
         since=np.zeros(4),
+        stamps=np.full(PERIODS, -np.inf),
+        gyro_turns=np.zeros(PERIODS),
+        wheel_turns=np.zeros(PERIODS),
+        compass_turns=np.zeros(PERIODS),
+    )
+    return np.concatenate(parts)
+
+
+@borrowing_kernel
+def watch_of(memory: NDArray[np.float64]) -> Watch:
+    """Return the views of a watch's memory; compiled code alone can call it.
+
+    Args:
+        memory: Memory as ``fresh_memory`` returns it.
+    """
+    m, p = memory, _BEGIN + PERIODS
+    return Watch(
+        m[0:10],
+        m[10:17],
+        m[17:20],
+        m[20:24],
+        m[24:27],
+        m[27:30],
+        m[30:33],
+        m[33:36],
+        m[36:37],
+        m[37:39],
+        m[39:49],
+        m[49:51],
+        m[51:53],
+        m[53:55],
+        m[55:56],
+        m[56:58],
+        m[58:60],
+        m[60:64],
+        m[64:68],
+        m[_BEGIN:p],
+        m[p : p + PERIODS],
+        m[p + PERIODS : p + 2 * PERIODS],
+        m[p + 2 * PERIODS : p + 3 * PERIODS],
     )

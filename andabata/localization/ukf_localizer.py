@@ -214,7 +214,7 @@ class UkfLocalizer:
         rows = SenseRows(
             _rows(readings.imu, 7), _rows(readings.encoders, 3), _rows(readings.mag, 4)
         )
-        rows = self._plausibility.believed(readings.stamp, self._now, rows, self._belief)
+        rows = self._plausibility.believed(readings.stamp, self._now, rows, self._x)
         imu, noise = self._inertial_rows(readings.stamp, rows)
         measurements = self._with_waiting(rows, imu, punctual)
         period = FilterPeriod(self._belief.copy(), self._now, measurements, noise)

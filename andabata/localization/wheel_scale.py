@@ -5,12 +5,14 @@ of an error of the encoders, or of wheels that spin, if the shapes agree: fixes 
 another shape, and prove nothing.
 """
 
-import math
-from collections import deque
-
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
+
+from terrain.kernel import borrowing_kernel
+
+_TINY = 1e-9
+"""Least spread that is divided by."""
 
 
 class WheelScaleConfig(BaseModel):
@@ -49,7 +51,9 @@ class WheelScale:
             config: Limits.
         """
         self._config = config
-        self._pairs: deque[tuple[float, complex, complex]] = deque(maxlen=config.fixes)
+        noises = config.least_noise, config.most_noise
+        self._limits = config.ratio, config.sigmas, *noises
+        self._rows = np.full((config.fixes, 5), -np.inf)
         self.is_wrong: bool | None = None
 
     def add(self, stamp: float, fix: NDArray[np.float64], way: NDArray[np.float64]) -> None:
@@ -61,53 +65,77 @@ class WheelScale:
             way: Sum of the robot's steps by the wheels until then, in the map's axes [m], shape
                 (2,).
         """
-        pairs, config = self._pairs, self._config
-        pairs.append((stamp, complex(*fix), complex(*way)))
-        while stamp - pairs[0][0] > config.time:
-            pairs.popleft()
-        self.is_wrong = self._judge() if len(pairs) == config.fixes else None
+        rows = self._rows
+        rows[:-1] = rows[1:]
+        rows[-1] = stamp, *fix, *way
+        is_full = stamp - self.begin <= self._config.time
+        self.is_wrong = _VERDICTS[_judge(rows, *self._limits)] if is_full else None
 
     @property
     def begin(self) -> float:
-        """Stamp of the first fix that is compared [s]; infinity without any."""
-        return self._pairs[0][0] if self._pairs else math.inf
-
-    def _judge(self) -> bool | None:
-        """Return ``is_wrong`` by a fit of the fixes."""
-        config = self._config
-        fixes, ways = (np.array(values) for values in list(zip(*self._pairs, strict=True))[1:])
-        factor, noise, spread = _fit(fixes, ways)
-        sigma = max(noise, config.least_noise) / max(math.sqrt(spread), 1e-9)
-        ratio = abs(factor)
-        if noise > config.most_noise or config.sigmas * sigma > 1:
-            return None
-        if 1 / config.ratio < ratio < config.ratio:
-            return False
-        if abs(ratio - 1) < config.sigmas * sigma:
-            return None
-        # A detour of the signals lasts some seconds: it is not in both halves.
-        half = len(fixes) // 2
-        parts = (abs(_fit(fixes[:half], ways[:half])[0]), abs(_fit(fixes[half:], ways[half:])[0]))
-        bound = math.sqrt(config.ratio)
-        agree = min(parts) > bound if ratio > 1 else max(parts) < 1 / bound
-        return True if agree else None
+        """Stamp of the first fix that is compared [s]; minus infinity before there are enough."""
+        return float(self._rows[0, 0])
 
 
-def _fit(
-    fixes: NDArray[np.complex128], ways: NDArray[np.complex128]
-) -> tuple[complex, float, float]:
-    """Return the turn and scale that lay ways over fixes, in the plane of complex numbers.
+_VERDICTS = (None, False, True)
+"""Verdicts by their number in the kernel."""
+
+_UNKNOWN, _AGREES, _IS_WRONG = range(3)
+
+
+@borrowing_kernel
+def _judge(
+    rows: NDArray[np.float64], most: float, sigmas: float, least_noise: float, most_noise: float
+) -> int:
+    """Return the number of the verdict by a fit of the fixes.
 
     Args:
-        fixes: Places by the fixes [m], shape (n,).
-        ways: Places by the wheels [m], shape (n,).
+        rows: Rows of stamp [s], x and y by a fix, x and y by the wheels [m], shape (n, 5).
+        most: Ratio of the two ways that is no slip any more.
+        sigmas: Least difference of the ratio from 1 in its own standard deviations.
+        least_noise: Least standard deviation of a fix [m].
+        most_noise: Largest one with which fixes prove something [m].
+    """
+    ratio, noise, spread = _fit(rows)
+    sigma = max(noise, least_noise) / max(np.sqrt(spread), _TINY)
+    if noise > most_noise or sigmas * sigma > 1:
+        return _UNKNOWN
+    if 1 / most < ratio < most:
+        return _AGREES
+    if abs(ratio - 1) < sigmas * sigma:
+        return _UNKNOWN
+    # A detour of the signals lasts some seconds: it is not in both halves.
+    half = len(rows) // 2
+    first, second, bound = _fit(rows[:half])[0], _fit(rows[half:])[0], np.sqrt(most)
+    both = min(first, second) > bound if ratio > 1 else max(first, second) < 1 / bound
+    return _IS_WRONG if both else _UNKNOWN
+
+
+@borrowing_kernel
+def _fit(rows: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return the scale that lays the ways over the fixes, turned as fits best.
+
+    Args:
+        rows: Rows as in ``_judge``.
 
     Returns:
-        The factor, the standard deviation of what is left on each axis [m], and the sum of the
+        The scale, the standard deviation of what is left on each axis [m], and the sum of the
         squared distances of the ways from their middle [m2].
     """
-    fixes, ways = fixes - fixes.mean(), ways - ways.mean()
-    spread = float((np.abs(ways) ** 2).sum())
-    factor = complex((ways.conj() * fixes).sum()) / max(spread, 1e-9)
-    rest = float((np.abs(fixes - factor * ways) ** 2).sum()) / (2 * len(fixes) - 4)
-    return factor, math.sqrt(rest), spread
+    n = len(rows)
+    fix_x, fix_y, way_x, way_y = 0.0, 0.0, 0.0, 0.0
+    for k in range(n):
+        fix_x, fix_y = fix_x + rows[k, 1] / n, fix_y + rows[k, 2] / n
+        way_x, way_y = way_x + rows[k, 3] / n, way_y + rows[k, 4] / n
+    along, across, ways, fixes = 0.0, 0.0, 0.0, 0.0
+    for k in range(n):
+        fx, fy = rows[k, 1] - fix_x, rows[k, 2] - fix_y
+        wx, wy = rows[k, 3] - way_x, rows[k, 4] - way_y
+        along += wx * fx + wy * fy
+        across += wx * fy - wy * fx
+        ways += wx * wx + wy * wy
+        fixes += fx * fx + fy * fy
+    # The product of the ways, as complex numbers, with the fixes: its angle is the turn.
+    product = np.hypot(along, across)
+    rest = max(fixes - product * product / max(ways, _TINY), 0.0)
+    return product / max(ways, _TINY), np.sqrt(rest / (2 * n - 4)), ways

@@ -189,6 +189,7 @@ class UkfLocalizer:
         self._plausibility.reset(stamp)
         self._repetition = FixRepetition(self._config.repetition)
         self._wheel_scale = WheelScale(self._config.wheel_scale)
+        self._reported: tuple[str, ...] = ()
         self._receiver = ReceiverError(self._config.receiver)
         self._model = self._model._replace(noise=self._config.noise)
         self._models = packed(self._model)
@@ -425,6 +426,10 @@ class UkfLocalizer:
         self._inflate(HORIZONTAL, _RESTART_SIGMA)
         self._inflate(_ONE_YAW, _RESTART_YAW_SIGMA)
 
+    def report(self, causes: tuple[str, ...]) -> None:
+        """Take causes from outside of the estimate, which hold until the next report."""
+        self._reported = causes
+
     @property
     def pose(self) -> Pose:
         """Latest estimated pose in the map."""
@@ -474,16 +479,16 @@ class UkfLocalizer:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings about sensors and estimate, one text each; empty without any."""
+        """Warnings about sensors and estimate, and what was reported; empty without any."""
         repetition, doubted = self._repetition, list(self._plausibility.doubts)
         if not (doubted or repetition.is_frozen):
-            return self._monitor.warnings(self._now, self._P)
+            return self._reported + self._monitor.warnings(self._now, self._P)
         causes = self._plausibility.warnings(self._now)
         if repetition.is_frozen:
             time = self._now - repetition.since
             causes += (f"gnss: repeats its last fix while the wheels turn, for {time:.1f} s",)
             doubted.append("gnss")
-        return causes + self._monitor.warnings(self._now, self._P, doubted)
+        return self._reported + causes + self._monitor.warnings(self._now, self._P, doubted)
 
     @property
     def health(self) -> Health:

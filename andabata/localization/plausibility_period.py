@@ -11,6 +11,8 @@ from andabata.localization.sense_watch import (
     FORCES,
     IMU,
     PERIODS,
+    TURN_TIME,
+    WHEEL_REPEAT_TIME,
     WHEELS,
     PlausibilityConfig,
     Watch,
@@ -44,10 +46,13 @@ _STILL_TURN = 0.3
 _CLEAR_TURN = 0.5
 """Turn in which an agreement counts [rad]."""
 
+_LONGEST = 4
+"""Ratio of the longest time in which turns are compared to the shortest."""
+
 _PERIODS_OF_RATIO = 20
 """Number of periods with a clear turn after which the wheels' own turn per turn is known."""
 
-_RATIO_WEIGHT = 0.02
+_RATIO_WEIGHT = 0.01
 """Weight of a further period in that ratio."""
 
 
@@ -84,13 +89,16 @@ def examine_period(
         moves = moves or abs(wheels[k, LEFT]) > 0.0 or abs(wheels[k, RIGHT]) > 0.0
     rate = _yaw_rate(imu, x)
     _record_period(watch, stamp, rate, wheels, mag, x, wheel)
-    if not np.isnan(rate):
+    if not np.isnan(rate) and watch.doubts[IMU] == 0:
         watch.rates[0], watch.rates[1] = min(watch.rates[0], rate), max(watch.rates[1], rate)
+        if watch.rates[1] - watch.rates[0] <= limits.repeat_rate:
+            watch.rates[2] = stamp
     _follow_run(watch, IMU, watch.imu, imu, moves, limits.repeat_time)
     is_same = _follow_run(watch, COMPASS, watch.mag, mag, moves, limits.repeat_time)
     watch.run_turn[0] = watch.run_turn[0] + watch.gyro_turns[_slot_of(watch)] if is_same else 0.0
-    if not _follow_run(watch, WHEELS, watch.wheels, wheels, moves, limits.wheel_repeat_time):
-        watch.rates[0], watch.rates[1] = np.inf, -np.inf
+    is_same = _follow_run(watch, WHEELS, watch.wheels, wheels, moves, limits.wheel_repeat_time)
+    if not is_same or watch.doubts[IMU] != 0:
+        watch.rates[0], watch.rates[1], watch.rates[2] = np.inf, -np.inf, stamp
     _judge_runs(watch, limits, moves)
     _judge_turns(watch, stamp, limits.turn_time)
     _judge_force(watch, limits, stamp, imu)
@@ -252,16 +260,11 @@ def _judge_runs(watch: Watch, limits: PlausibilityConfig, moves: bool) -> None:
             continue
         scatters = watch.changes[sense] >= limits.scatter and watch.coarse[sense] == 0
         begin = watch.begin[sense]
-        if sense == WHEELS:
-            duration = watch.wheels[STAMP] - begin
-            change = watch.rates[1] - watch.rates[0]
-            if moves and duration >= limits.wheel_repeat_time and change > limits.repeat_rate:
-                _doubt(watch, sense, REPEATED, begin)
-        elif sense == COMPASS:
+        if sense == COMPASS:
             is_long = watch.mag[STAMP] - begin >= limits.repeat_time
             if is_long and ((moves and scatters) or abs(watch.run_turn[0]) > limits.repeat_turn):
                 _doubt(watch, sense, REPEATED, begin)
-        elif moves and scatters and watch.imu[STAMP] - begin >= limits.repeat_time:
+        elif sense == IMU and moves and scatters and watch.imu[STAMP] - begin >= limits.repeat_time:
             _doubt(watch, sense, REPEATED, begin)
 
 
@@ -273,21 +276,20 @@ def _differ(a: float, b: float, size: float, limits: tuple[float, float]) -> boo
 
 @borrowing_kernel
 def _judge_turns(watch: Watch, stamp: float, time: float) -> None:
-    """Compare the turns by gyro, wheels and compass in a time [s], and in twice of it."""
+    """Compare the turns by gyro, wheels and compass in a time [s], twice and four times of it."""
     gyro, wheels, compass = 0.0, 0.0, 0.0
-    stamps = watch.stamps
-    last, is_long = _slot_of(watch), False
+    stamps, last, longest = watch.stamps, _slot_of(watch), _LONGEST * time
     for back in range(PERIODS):
         k = (last - back) % PERIODS
-        if not is_long and stamps[k] <= stamp - time:
+        if stamps[k] <= stamp - time:
             _judge_turn(watch, stamp, time, gyro, wheels, compass)
-            is_long = True
-        if stamps[k] <= stamp - 2 * time:
-            break
+            time *= 2
+            if time > longest:
+                return
         gyro += watch.gyro_turns[k]
         wheels += watch.wheel_turns[k]
         compass += watch.compass_turns[k]
-    _judge_turn(watch, stamp, 2 * time if is_long else time, gyro, wheels, compass)
+    _judge_turn(watch, stamp, time, gyro, wheels, compass)
 
 
 @borrowing_kernel
@@ -305,38 +307,54 @@ def _judge_turn(
         compass: Turn by the compass [rad].
     """
     wheels /= watch.ratio[0]
-    larger = max(abs(gyro), abs(compass))
+    larger, shortest = max(abs(gyro), abs(compass)), watch.limits[TURN_TIME]
     if _differ(gyro, compass, larger, _DIFFERENCE):
         if abs(compass - wheels) < 0.5 * abs(gyro - wheels):
             _doubt(watch, IMU, SCALE, stamp)
-    elif abs(gyro - compass) <= _AGREEMENT[0] + _AGREEMENT[1] * larger:
+    elif not _differ(gyro, compass, larger, _AGREEMENT) and np.isfinite(compass):
         # What a doubt came from ends none.
         if larger > _CLEAR_TURN and watch.since[IMU] <= stamp - time:
             _acquit(watch, IMU, SCALE)
+        if time == shortest:
+            _judge_equal_wheels(watch, stamp)
         is_learned = watch.ratio[1] >= _PERIODS_OF_RATIO
         still = wheels == 0.0 and abs(gyro) > _STILL_TURN
         if still or (is_learned and _differ(wheels, gyro, abs(gyro), _WHEEL_DIFFERENCE)):
             _doubt(watch, WHEELS, SCALE, stamp)
         elif abs(gyro) > _CLEAR_TURN and np.isfinite(wheels):
-            acquits = watch.since[WHEELS] <= stamp - time
-            _learn_ratio(watch, wheels / gyro * watch.ratio[0], is_learned, acquits)
+            if 0.7 < wheels / gyro < 1.4 and watch.since[WHEELS] <= stamp - time:
+                _acquit(watch, WHEELS, SCALE)
+            if time == _LONGEST * shortest:
+                _learn_ratio(watch, wheels / gyro, is_learned)
 
 
 @borrowing_kernel
-def _learn_ratio(watch: Watch, ratio: float, is_learned: bool, acquits: bool) -> None:
-    """Learn the turn by the wheels per turn by the gyro, and believe the wheels that agree."""
+def _judge_equal_wheels(watch: Watch, stamp: float) -> None:
+    """Doubt encoders that repeat themselves through a change of the yaw rate.
+
+    Gyro and compass agree about the turn: the change is true.
+    """
+    is_long = stamp - watch.rates[2] >= watch.limits[WHEEL_REPEAT_TIME]
+    moves = abs(watch.wheels[LEFT]) > 0.0 or abs(watch.wheels[RIGHT]) > 0.0
+    if is_long and moves and watch.rows[WHEELS] > _ROWS_OF_A_RUN:
+        _doubt(watch, WHEELS, REPEATED, watch.begin[WHEELS])
+
+
+@borrowing_kernel
+def _learn_ratio(watch: Watch, factor: float, is_learned: bool) -> None:
+    """Learn the turn by the wheels per turn by the gyro, of which a track may be stated wrong.
+
+    Args:
+        watch: Watch, changed in place.
+        factor: Factor of the ratio so far that a comparison asks for.
+        is_learned: True once the ratio is known: it then follows what differs by slip alone.
+    """
     if not is_learned:
         watch.ratio[1] += 1
-        # Within what a track that is stated wrong explains.
-        bounded = min(max(ratio, 0.2), 5.0)
-        if watch.ratio[1] == 1:
-            watch.ratio[0] = bounded
-        else:
-            watch.ratio[0] += (bounded - watch.ratio[0]) / watch.ratio[1]
-    elif 0.7 < ratio / watch.ratio[0] < 1.4:
-        if acquits:
-            _acquit(watch, WHEELS, SCALE)
-        watch.ratio[0] += _RATIO_WEIGHT * (ratio - watch.ratio[0])
+        wanted = min(max(factor * watch.ratio[0], 0.2), 5.0)
+        watch.ratio[0] += (wanted - watch.ratio[0]) / watch.ratio[1]
+    elif 0.8 < factor < 1.25:
+        watch.ratio[0] *= 1 + _RATIO_WEIGHT * (factor - 1)
 
 
 @borrowing_kernel

@@ -14,10 +14,10 @@ IMU, WHEELS, COMPASS, FORCES = range(4)
 PERIODS = 128
 """Number of periods that are kept: 6.4 s of a live graph, which has twenty a second."""
 
-_BEGIN = 68
+_BEGIN = 69
 """Size of a watch's memory before the stamps of the periods."""
 
-WAY, DOUBTS, SINCE = slice(56, 58), slice(60, 64), slice(64, 68)
+WAY, DOUBTS, SINCE = slice(57, 59), slice(61, 65), slice(65, 69)
 """Places of three parts of a watch in its memory."""
 
 FORCE_PERIODS = 10
@@ -43,14 +43,15 @@ class PlausibilityConfig(NamedTuple):
         max_age: Largest time by which an encoder or compass row may be older than the state [s].
         repeat_time: Time of equal rows of inertial unit or compass, while the wheels turn, after
             which it hangs [s].
-        wheel_repeat_time: The same of the encoders [s], and the gyro's yaw rate has changed.
+        wheel_repeat_time: Time of equal rows of the encoders after a change of the yaw rate, about
+            which gyro and compass agree, after which they hang [s].
         scatter: Number of rows that differ from the one before after which a sense is known to
             scatter: until then, and if it repeated itself at rest or for ``repeat_time``, its rows
             are coarse, and a compass has to repeat itself in a turn of ``repeat_turn``.
         repeat_turn: Turn of the gyro in which a compass of whatever resolution changes [rad].
         repeat_rate: Change of the gyro's yaw rate in which the encoders change [rad/s].
-        turn_time: Time over which the turns by gyro, wheels and compass are compared, and over
-            twice of which they are as well [s].
+        turn_time: Time over which the turns by gyro, wheels and compass are compared, as over twice
+            and four times of it [s].
         force_share: Difference of the mean specific force from gravity, as a share of it.
     """
 
@@ -60,8 +61,12 @@ class PlausibilityConfig(NamedTuple):
     scatter: int = 100
     repeat_turn: float = 0.15
     repeat_rate: float = 0.15
-    turn_time: float = 3.0
+    turn_time: float = 1.5
     force_share: float = 0.25
+
+
+WHEEL_REPEAT_TIME, TURN_TIME = 2, 6
+"""Places of two limits in ``Watch.limits``."""
 
 
 class Watch(NamedTuple):
@@ -80,7 +85,8 @@ class Watch(NamedTuple):
         changes: Number of rows that differed from the one before, shape (3,).
         coarse: 1 for a sense that is known to repeat itself, shape (3,).
         run_turn: Turn of the gyro in the compass's run [rad], shape (1,).
-        rates: Lowest and highest yaw rate of the gyro in the encoders' run [rad/s], shape (2,).
+        rates: Lowest and highest yaw rate of the gyro in the encoders' run [rad/s], and when they
+            were last no more than ``repeat_rate`` apart [s], shape (3,).
         forces: Mean specific force of the last periods with any [m/s2], shape (10,).
         slot: Number of periods so far, and of those with a specific force, shape (2,).
         heading: Last heading by the compass [rad] and its time [s], shape (2,).
@@ -140,7 +146,7 @@ def fresh_memory(limits: PlausibilityConfig, wheel: Wheel, now: float) -> NDArra
         changes=np.zeros(3),
         coarse=np.zeros(3),
         run_turn=np.zeros(1),
-        rates=np.array([np.inf, -np.inf]),
+        rates=np.array([np.inf, -np.inf, now]),
         forces=np.full(FORCE_PERIODS, GRAVITY),
         slot=np.zeros(2),
         heading=np.array([np.nan, -np.inf]),
@@ -176,16 +182,16 @@ def watch_of(memory: NDArray[np.float64]) -> Watch:
         m[30:33],
         m[33:36],
         m[36:37],
-        m[37:39],
-        m[39:49],
-        m[49:51],
-        m[51:53],
-        m[53:55],
-        m[55:56],
-        m[56:58],
-        m[58:60],
-        m[60:64],
-        m[64:68],
+        m[37:40],
+        m[40:50],
+        m[50:52],
+        m[52:54],
+        m[54:56],
+        m[56:57],
+        m[57:59],
+        m[59:61],
+        m[61:65],
+        m[65:69],
         m[_BEGIN:p],
         m[p : p + PERIODS],
         m[p + PERIODS : p + 2 * PERIODS],

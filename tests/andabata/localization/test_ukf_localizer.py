@@ -283,6 +283,131 @@ def test_a_sense_that_sends_nothing_valid_is_a_silent_one(drive, sense):
         assert localizer.status.unused[name]["stale: too old or out of order"] == 3000
 
 
+FAULT = 40.0
+"""Time from which on a sense fails [s]."""
+
+
+def repeated(field):
+    """Return a change after which a sense repeats its last row, with new stamps."""
+    last = []
+
+    def change(readings):
+        rows = getattr(readings, field)
+        if rows is None or not len(rows):
+            return readings
+        if readings.stamp < FAULT:
+            last[:] = [rows[-1, 1:].copy()]
+            return readings
+        rows = rows.copy()
+        rows[:, 1:] = last[0]
+        return replace(readings, **{field: rows})
+
+    return change
+
+
+def out_of_scale(field, columns, factor):
+    """Return a change of the scale of a sense."""
+
+    def change(readings):
+        rows = getattr(readings, field)
+        if rows is None or readings.stamp < FAULT:
+            return readings
+        rows = rows.copy()
+        rows[:, columns] *= factor
+        return replace(readings, **{field: rows})
+
+    return change
+
+
+def watched(drive, change):
+    """Return the localizer, its errors, and the stamp and words of the first warning after."""
+    localizer, errors, first = UkfLocalizer(UkfConfig(), ROBOT, GeoReference()), [], None
+    localizer.reset(drive[0].truth.pose, 0.0)
+    for readings in drive:
+        localizer.update(change(readings))
+        errors.append(localizer.pose.position[:2] - readings.truth.pose.position[:2])
+        if first is None and localizer.health is not Health.OK:
+            first = readings.stamp, localizer.status.cause
+    return localizer, np.hypot(*np.array(errors).T), first
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "within"),
+    [
+        (repeated("gnss"), "gnss: repeats its last fix while the wheels turn, for", 2.2),
+        (repeated("imu"), "imu: repeats its last row while the wheels turn, for", 0.7),
+        (repeated("mag"), "compass: repeats its last row while the robot moves, for", 0.7),
+        # The bend of this drive is long: the yaw rate changes slowly.
+        (repeated("encoders"), "wheels: ", 4.0),
+        (out_of_scale("imu", slice(4, 7), 2.0), "gravity: ", 0.5),
+        (out_of_scale("imu", slice(1, 4), 2.0), "imu: its gyro contradicts", 3.5),
+        (out_of_scale("encoders", slice(1, 3), 2.0), "wheels: ", 3.5),
+        (out_of_scale("encoders", slice(1, 3), 10.0), "wheels: ", 0.4),
+    ],
+)
+def test_a_sense_that_lies_is_named_and_not_believed(drive, change, words, within):
+    """Seconds after it began to; the error stays within 2 % of the way and a metre, and half a metre
+    more without an inertial unit.
+    """
+    localizer, errors, (stamp, cause) = watched(drive, change)
+    assert FAULT <= stamp <= FAULT + within
+    assert cause.startswith(words)
+    assert localizer.health is Health.DEGRADED
+    name = words.split(":")[0]
+    assert errors[-1] < 1.0 + 0.02 * 0.3 * (120.0 - FAULT) + 0.5 * (name == "imu")
+    assert localizer.counts[name][2] > (5 if name == "gnss" else 500)
+    assert set(localizer.status.unused[name]) & {"repeated", "out of scale"}
+
+
+def test_the_estimate_is_never_moved_towards_a_fix_that_repeats_itself(drive):
+    """A receiver that hangs while all its places are coarse is not followed either."""
+
+    def coarse(readings):
+        fixes = readings.gnss
+        if fixes is None or not len(fixes):
+            return readings
+        fixes = fixes.copy()
+        fixes[:, 1:3] = np.round(fixes[:, 1:3], 5)
+        fixes[:, 3] = 60.0
+        return replace(readings, gnss=fixes)
+
+    hang = repeated("gnss")
+    localizer, errors, _ = watched(drive, lambda readings: hang(coarse(readings)))
+    assert localizer.health is Health.DEGRADED
+    assert errors[-1] < 2.5
+    assert np.sqrt(localizer.covariance[0, 0]) < 2.0
+
+
+def test_a_fix_out_of_reach_is_told_at_once(drive):
+    """The first fix that is off by a hundred metres is in the health word, and moves nothing."""
+
+    def jumping(readings):
+        fixes = readings.gnss
+        if fixes is None or readings.stamp < FAULT:
+            return readings
+        return replace(readings, gnss=fixes + np.array([0, 0.001, 0, 0, 0]))
+
+    localizer, errors, (stamp, cause) = watched(drive[:460], jumping)
+    first = next(r.stamp for r in drive if r.stamp >= FAULT and r.gnss is not None and len(r.gnss))
+    assert stamp == first
+    assert cause.startswith("gnss: off by 11")
+    assert errors.max() < 1.5
+    assert localizer.status.cause.startswith("gnss: not accepted")
+
+
+def test_what_is_reported_is_in_health_and_status_until_the_next_report(drive):
+    """A laser is no sense of the filter, and yet in its word."""
+    localizer, _ = run(drive, seconds=1.0)
+    localizer.report(("laser: silent for 0.4 s",))
+    assert localizer.health is Health.DEGRADED
+    assert localizer.status.causes == ("laser: silent for 0.4 s",)
+    localizer.report(())
+    assert localizer.health is Health.OK
+    localizer.report(("laser: silent for 0.4 s",))
+    localizer.reset(drive[0].truth.pose, 0.0)
+    assert localizer.health is Health.OK
+
+
 def test_it_recovers_when_a_sensor_sends_again(drive):
     """A gap of the inertial unit is bridged and forgotten."""
 

@@ -346,9 +346,7 @@ def watched(drive, change):
     ],
 )
 def test_a_sense_that_lies_is_named_and_not_believed(drive, change, words, within):
-    """Seconds after it began to; the error stays within 2 % of the way and a metre, and half a metre
-    more without an inertial unit.
-    """
+    """Seconds after it began; the error is within 2 % of the way and 1 m, 1.5 m without an IMU."""
     localizer, errors, (stamp, cause) = watched(drive, change)
     assert FAULT <= stamp <= FAULT + within
     assert cause.startswith(words)

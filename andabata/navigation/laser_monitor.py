@@ -4,10 +4,10 @@ A laser that sends nothing, nothing but invalid ranges, or the same ranges again
 turns or the robot moves, is silent. Noise never repeats itself to the bit.
 """
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
-from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,7 +121,8 @@ class LaserMonitor:
 
     def _take_horizontal(self, ranges: NDArray[np.float32], track: PoseTrack) -> bool:
         """Take the ranges of a horizontal scanner; return true if they repeat the last ones."""
-        if np.isinf(ranges).any() and not np.isfinite(ranges).any():  # Nothing stands around it.
+        # Nothing stands around it.
+        if math.isinf(ranges[0]) and np.isinf(ranges).all():
             self._last, self._changed = None, self._now
             if self._arrival is None:
                 self._arrival = self._now
@@ -144,6 +145,9 @@ class LaserMonitor:
             self._arrival = self._changed = self._now
         if newest < self._now - _MAX_AGE:
             self._reason = ", what arrives is old"
+        elif self._differs_at_a_glance(ranges):
+            self._last, self._changed = ranges, self._now
+            self._arrive()
         elif not _has_values(ranges):
             self._reason = ", what arrives is invalid"
         elif self._repeats(ranges, has_turned, track):
@@ -153,6 +157,15 @@ class LaserMonitor:
         else:
             self._arrive()
         return False
+
+    def _differs_at_a_glance(self, ranges: NDArray[np.float32]) -> bool:
+        """Return true if one beam alone shows that ranges are valid and new, as it mostly does."""
+        last = self._last
+        if last is None or not len(ranges) or last.shape[1:] != ranges.shape[1:]:
+            return False
+        beam = ranges.shape[1] // 8  # Of a vertical sweep, one that meets the ground.
+        value = float(ranges[0, beam])
+        return math.isfinite(value) and value not in (float(last[0, beam]), float(last[-1, beam]))
 
     def _repeats(self, ranges: NDArray[np.float32], has_turned: bool, track: PoseTrack) -> bool:
         """Return true if all rows repeat the last ones although they should differ."""
@@ -183,7 +196,8 @@ class LaserMonitor:
             return
         self._intervals.append(interval)
         if len(self._intervals) >= _KNOWN_INTERVALS:
-            own = self._config.periods * median(self._intervals)
+            median = sorted(self._intervals)[len(self._intervals) // 2]
+            own = self._config.periods * median
             self._limit = max(self._config.timeout, own)
 
 

@@ -154,7 +154,7 @@ class Plausibility:
         """
         since = dict(zip(NAMES, self._since.tolist(), strict=True))
         return tuple(
-            f"{name}: {_WORDS[name, doubt]}, for {max(now - since[name], 0.0):.1f} s"
+            f"{name}: {_words(name, doubt)}, for {max(now - since[name], 0.0):.1f} s"
             for name, doubt in self.doubts.items()
         )
 
@@ -165,12 +165,19 @@ STALE = "stale: too old or out of order"
 _REASONS = {Doubt.REPEATED: "repeated", Doubt.SCALE: "out of scale"}
 """Reasons why the rows of a sense that is not believed are not used."""
 
-_WORDS = {
-    ("imu", Doubt.REPEATED): "repeats its last row while the wheels turn",
-    ("wheels", Doubt.REPEATED): "repeat their last row while the gyro turns",
-    ("compass", Doubt.REPEATED): "repeats its last row while the robot moves",
-    ("imu", Doubt.SCALE): "its gyro contradicts compass and wheels",
-    ("wheels", Doubt.SCALE): "contradict gyro and compass, or the fixes",
-    ("gravity", Doubt.SCALE): "the accelerometer feels another force than gravity",
-}
-"""What is wrong with a sense, by name and doubt."""
+
+def _words(name: str, doubt: Doubt) -> str:
+    """Return what is wrong with a sense, by name and doubt."""
+    match name, doubt:
+        case "imu", Doubt.REPEATED:
+            return "repeats its last row while the wheels turn"
+        case "wheels", Doubt.REPEATED:
+            return "repeat their last row while the gyro turns"
+        case "compass", Doubt.REPEATED:
+            return "repeats its last row while the robot moves"
+        case "imu", Doubt.SCALE:
+            return "its gyro contradicts compass and wheels"
+        case "wheels", Doubt.SCALE:
+            return "contradict gyro and compass, or the fixes"
+        case _:
+            return "the accelerometer feels another force than gravity"

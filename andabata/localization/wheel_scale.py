@@ -11,6 +11,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from terrain.kernel import borrowing_kernel
 
+_CLEAR_WAY = 3.0
+"""Way by the fixes of wheels that stand for all of them, from which the wheels are wrong [m]."""
+
 _TINY = 1e-9
 """Least spread that is divided by."""
 
@@ -97,6 +100,9 @@ def _judge(
         most_noise: Largest one with which fixes prove something [m].
     """
     ratio, noise, spread = _fit(rows)
+    if spread == 0.0:  # The wheels say that they stand.
+        way, noise = _line(rows)
+        return _IS_WRONG if noise <= most_noise and way > _CLEAR_WAY else _UNKNOWN
     sigma = max(noise, least_noise) / max(np.sqrt(spread), _TINY)
     if noise > most_noise or sigmas * sigma > 1:
         return _UNKNOWN
@@ -109,6 +115,33 @@ def _judge(
     first, second, bound = _fit(rows[:half])[0], _fit(rows[half:])[0], np.sqrt(most)
     both = min(first, second) > bound if ratio > 1 else max(first, second) < 1 / bound
     return _IS_WRONG if both else _UNKNOWN
+
+
+@borrowing_kernel
+def _line(rows: NDArray[np.float64]) -> tuple[float, float]:
+    """Return way and noise of fixes by a line that is driven at one speed.
+
+    Args:
+        rows: Rows as in ``_judge``.
+
+    Returns:
+        Way from the first fix to the last, and the standard deviation of what is left on each axis
+        [m].
+    """
+    n = len(rows)
+    time, x, y = 0.0, 0.0, 0.0
+    for k in range(n):
+        time, x, y = time + rows[k, 0] / n, x + rows[k, 1] / n, y + rows[k, 2] / n
+    times, along_x, along_y, fixes = 0.0, 0.0, 0.0, 0.0
+    for k in range(n):
+        t, fx, fy = rows[k, 0] - time, rows[k, 1] - x, rows[k, 2] - y
+        times += t * t
+        along_x, along_y = along_x + t * fx, along_y + t * fy
+        fixes += fx * fx + fy * fy
+    product = np.hypot(along_x, along_y)
+    rest = max(fixes - product * product / max(times, _TINY), 0.0)
+    speed = product / max(times, _TINY)
+    return speed * (rows[n - 1, 0] - rows[0, 0]), np.sqrt(rest / (2 * n - 4))
 
 
 @borrowing_kernel

@@ -47,6 +47,15 @@ def test_a_detour_of_the_signals_is_no_proof(seconds):
     assert True not in drive(1.0, jump=(20, 20 + seconds))[0]
 
 
+def test_wheels_that_stand_while_the_fixes_drive_on_are_wrong():
+    """On a straight way of three metres and more; fixes of a standing robot scatter or jump."""
+    verdicts = drive(0.0, turn=0.0)[0]
+    assert verdicts[:15] == [None] * 15
+    assert verdicts[15] is True
+    assert set(drive(0.0, turn=0.0, speed=0.1)[0]) == {None}
+    assert set(drive(0.0, speed=0.0, jump=(10, 20))[0]) == {None}
+
+
 def test_without_motion_or_with_poor_fixes_there_is_no_proof():
     """Standing wheels have no scale; fixes off by metres say nothing of it."""
     assert set(drive(1.0, speed=0.0)[0]) == {None}

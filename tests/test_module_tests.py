@@ -46,6 +46,7 @@ TESTED_BY = {
     # Parts that show in what uses them.
     "andabata/exports/csv_table": "tests/andabata/exports/test_topics.py",
     "andabata/exports/geojson": "tests/andabata/exports/test_track_file.py",
+    "andabata/localization/plausibility_period": "tests/andabata/localization/test_plausibility.py",
     "andabata/localization/sigma_points": "tests/andabata/localization/test_process_model.py",
     "andabata/localization/ukf_config": "tests/andabata/localization/test_ukf_localizer.py",
     "andabata/machine/fault_signals": "tests/andabata/machine/test_fault_injector.py",

@@ -21,6 +21,7 @@ from andabata.models import Models
 from andabata.navigation.arrival import ArrivalConfig
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.navigation.controller import NoPlanner, Steering
+from andabata.navigation.laser_monitor import LaserMonitorConfig
 from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import CloudPerception, HorizontalPerception, Perception
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
@@ -45,6 +46,7 @@ class NavigatorConfig(BaseModel):
         local_planner: Settings of the local planner.
         rollouts: Settings of its rollouts.
         arrival: Rules by which the robot declares a goal reached.
+        laser_monitor: Silence of the laser from which the robot stands still.
         geofence: Rectangle that the robot must not leave, ``x_min, y_min, x_max, y_max`` in the map
             [m], as an operator gives it; None for none. A simulated robot is not told where its
             world ends.
@@ -62,6 +64,7 @@ class NavigatorConfig(BaseModel):
     local_planner: LocalPlannerConfig = Field(default_factory=LocalPlannerConfig)
     rollouts: TrajectoryRolloutsConfig = Field(default_factory=TrajectoryRolloutsConfig)
     arrival: ArrivalConfig = Field(default_factory=ArrivalConfig)
+    laser_monitor: LaserMonitorConfig = Field(default_factory=LaserMonitorConfig)
     geofence: Geofence | None = None
 
     @model_validator(mode="after")
@@ -115,7 +118,13 @@ def make_navigator(
     localizer = make_localizer(config, rng)
     perception = make_perception(config, models, has_planner)
     navigator = Navigator(
-        config.robot, localizer, perception, steering, readings_filter, config.arrival
+        config.robot,
+        localizer,
+        perception,
+        steering,
+        readings_filter,
+        config.arrival,
+        config.laser_monitor,
     )
     navigator.geofence = config.geofence
     return NavigatorParts(navigator, localizer, perception)

@@ -412,6 +412,11 @@ class UkfLocalizer:
         return self._P[np.ix_([X, Y, YAW], [X, Y, YAW])]
 
     @property
+    def belief(self) -> Belief:
+        """Copies of all states, their covariance and the table of counts."""
+        return Belief(self._x.copy(), self._P.copy(), self._counts.copy())
+
+    @property
     def counts(self) -> dict[str, tuple[int, int, int]]:
         """Numbers of accepted, gated and rejected measurements, by sensor.
 

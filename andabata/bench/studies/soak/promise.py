@@ -1,0 +1,65 @@
+"""Promise of reliability: what is promised, how often it is checked, and where its limit is."""
+
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from andabata.bench.studies.soak.outcome import Check, Outcome
+
+SHORT_MINUTES = 10.0
+"""Time for which the numbers of the short version are chosen, on two cores [minutes]."""
+
+
+class Promise(NamedTuple):
+    """Promise, and the check of it.
+
+    Attributes:
+        name: Name on the command line.
+        words: What is promised.
+        check: Module of this package and function in it, as ``module:function``.
+        short: Number of trials of the short version.
+        full: Number of trials of the full version.
+        limit: Limit of the figure in words.
+        hours: Time after which the check is ended in the full version [h].
+    """
+
+    name: str
+    words: str
+    check: str
+    short: int
+    full: int
+    limit: str
+    hours: float = 1.0
+
+    def count(self, minutes: float | None) -> int:
+        """Return the number of trials for a time, None for the full version [minutes]."""
+        if minutes is None:
+            return self.full
+        return max(1, min(self.full, round(self.short * minutes / SHORT_MINUTES)))
+
+    def time_limit(self, minutes: float | None) -> float:
+        """Return the time after which the check is ended [s]: it hangs."""
+        return 3600.0 * self.hours if minutes is None else 60.0 * max(minutes, 5.0)
+
+    def run(self, count: int, folder: Path) -> Outcome:
+        """Run the check.
+
+        Args:
+            count: Number of trials.
+            folder: Empty folder for its files.
+        """
+        module, _, function = self.check.partition(":")
+        check: Check = getattr(import_module(f"{__package__}.{module}"), function)
+        return check(count, folder)
+
+    def row(self, outcome: Outcome) -> Mapping[str, Any]:
+        """Return the row of a table: promise, numbers of trials, figure, limit and verdict."""
+        return {
+            "promise": self.words,
+            "checked": f"{outcome.trials:,}",
+            "in_full": f"{self.full:,}",
+            "figure": outcome.figure,
+            "limit": self.limit,
+            "kept": outcome.verdict,
+        }

@@ -32,7 +32,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as temporary:
         out = Path(temporary) if options.out is None else make_folder(options.out)
         outcomes = run_all(chosen, options.minutes, out)
-        rows = [promise.row(outcomes[promise.name]) for promise in chosen]
+        rows = [
+            promise.row(outcomes[promise.name], promise.count(options.minutes))
+            for promise in chosen
+        ]
         _write_run(out, rows, sys.argv[1:] if argv is None else argv)
     failures = {name: outcome for name, outcome in outcomes.items() if outcome.failed}
     sys.stdout.write(dumps({"rows": rows}) + "\n" if options.json else markdown_table(rows))

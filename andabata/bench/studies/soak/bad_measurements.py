@@ -44,7 +44,7 @@ def bad_measurements_change_nothing(count: int, folder: Path) -> Outcome:
     rng, tally = np.random.default_rng(8004), Tally()
     for sense, kinds in damages().items():
         for kind, damage in kinds.items():
-            _try(sense, kind, damage, max(1, count // len(kinds)), rng, tally)
+            _try(sense, kind, damage, -(-count // len(kinds)), rng, tally)
     return tally.outcome(f"none of {tally.trials:,} bad rows of {len(damages())} senses")
 
 

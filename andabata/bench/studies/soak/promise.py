@@ -18,6 +18,7 @@ class Promise(NamedTuple):
         name: Name on the command line.
         words: What is promised.
         check: Module of this package and function in it, as ``module:function``.
+        unit: What is counted, in words.
         short: Number of trials of the short version.
         full: Number of trials of the full version.
         limit: Limit of the figure in words.
@@ -27,6 +28,7 @@ class Promise(NamedTuple):
     name: str
     words: str
     check: str
+    unit: str
     short: int
     full: int
     limit: str
@@ -53,13 +55,18 @@ class Promise(NamedTuple):
         check: Check = getattr(import_module(f"{__package__}.{module}"), function)
         return check(count, folder)
 
-    def row(self, outcome: Outcome) -> Mapping[str, Any]:
-        """Return the row of a table: promise, numbers of trials, figure, limit and verdict."""
+    def row(self, outcome: Outcome, count: int) -> Mapping[str, Any]:
+        """Return the row of a table: promise, numbers of trials, figure, limit and verdict.
+
+        Args:
+            outcome: Outcome of the check.
+            count: Number of trials that it was asked for.
+        """
         return {
             "promise": self.words,
-            "checked": f"{outcome.trials:,}",
-            "in_full": f"{self.full:,}",
-            "figure": outcome.figure,
+            "checked": "-" if outcome.skipped else f"{count:,} {self.unit}",
+            "in_full": f"{self.full:,} {self.unit}",
+            "figure": outcome.figure or "-",
             "limit": self.limit,
             "kept": outcome.verdict,
         }

@@ -1,6 +1,6 @@
 """Readers of files from strangers, for mutants and for fuzzing.
 
-Imports stand inside the functions: fuzzing changes the modules of a reader while they are imported.
+Imports stand inside the functions: a process that fuzzes one reader loads no other.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ class Reader(NamedTuple):
         seeds: Function that returns good files.
         read: Function that reads a path.
         errors: Function that returns the errors that a damaged file may raise, beside OSError.
-        traced: Modules whose branches guide the fuzzing. Modules with compiled functions are none.
+        traced: Modules and packages whose branches guide the fuzzing.
     """
 
     group: str
@@ -260,7 +260,7 @@ READERS = {
         good_files.forests,
         _read_forest,
         _forest_errors,
-        (_ARRAYS, "traversability.forest"),
+        (_ARRAYS, "traversability.forest", "traversability.trees"),
     ),
     "ground classifier": Reader(
         "models",
@@ -268,7 +268,7 @@ READERS = {
         good_files.shipped("ground_classifier.npz"),
         _read_ground_classifier,
         _forest_errors,
-        (_ARRAYS,),
+        (_ARRAYS, "traversability.cartesian.classifier", "traversability.trees"),
     ),
     "policy": Reader(
         "models",

@@ -27,6 +27,9 @@ FORMATS = ("bag", "mcap", "db3")
 _LONGEST = 10.0
 """Time after which reading counts as hanging [s]."""
 
+_SECONDS, _DRIVEN = 2.0, 60.0
+"""Length of a recording that is damaged, and of a drive whose recorder is killed [s]."""
+
 _CHANGES_A_TRUNCATION = 5
 """Flipped bits for each truncation."""
 
@@ -61,7 +64,7 @@ def _rows(rows: "np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None") -> l
 
 def killed_recorders_lose_a_second(count: int, folder: Path) -> Outcome:
     """Check that the salvage of a killed recorder's file holds all but its last second."""
-    drives = {kind: messages(1 if kind == "bag" else 2, 60.0) for kind in FORMATS}
+    drives = {kind: messages(1 if kind == "bag" else 2, _DRIVEN) for kind in FORMATS}
     pick, tally, most = random.Random(8007), Tally(), 0.0
     for kill in range(count):
         kind = FORMATS[kill % len(FORMATS)]
@@ -112,7 +115,7 @@ def damaged_recordings_are_noticed(count: int, folder: Path) -> Outcome:
     for kind in FORMATS:
         place = folder / kind
         place.mkdir()
-        path, file = write_recording(place, kind, 2.0)
+        path, file = write_recording(place, kind, _SECONDS)
         data, whole = file.read_bytes(), _read(path)[0]
         for number in range(count):
             is_truncation = number % (_CHANGES_A_TRUNCATION + 1) == 0

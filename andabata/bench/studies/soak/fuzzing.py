@@ -27,6 +27,9 @@ _MEMORY_MB = 4096
 _INPUTS = ("crash-", "timeout-", "oom-", "leak-")
 """First words of the names of inputs that failed, as libFuzzer writes them."""
 
+_UNCAUGHT = "Uncaught Python exception"
+"""Heading of an exception in the output of atheris."""
+
 _TRIES = re.compile(r"stat::number_of_executed_units:\s*(\d+)")
 
 NO_ATHERIS = "atheris is not installed (`pip install andabata[fuzz]`)"
@@ -47,24 +50,25 @@ def fuzzed_readers_raise_named_errors(count: int, folder: Path) -> Outcome:
         place.mkdir()
         words = [sys.executable, "-m", __name__, name, str(seconds), str(place)]
         done = subprocess.run(words, capture_output=True, text=True, errors="replace", check=False)
-        tries = _TRIES.search(done.stderr)
+        tries, reason = _TRIES.search(done.stderr), _reason(done.stdout + done.stderr)
         tally.trials += int(tries[1]) if tries else 0
         kept = [each for each in place.iterdir() if each.name.startswith(_INPUTS)]
         for each in kept:
             inputs = folder.parent / "inputs"
             inputs.mkdir(exist_ok=True)
-            tally.fail(f"{name}: {_reason(done.stderr)}; input {each.rename(inputs / each.name)}")
+            tally.fail(f"{name}: {reason}; input {each.rename(inputs / each.name)}")
         if done.returncode and not kept:
-            tally.fail(f"{name}: ended with {done.returncode}: {_reason(done.stderr)}")
+            tally.fail(f"{name}: ended with {done.returncode}: {reason}")
     return tally.outcome(f"{tally.trials:,} inputs, {seconds} s each of {len(READERS)} readers")
 
 
 def _reason(text: str) -> str:
     """Return the line of a fuzzer's output that names what happened."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    marks = ("Error", "Exception", "ERROR:", "Interrupt")
-    named = [line for line in lines if any(mark in line for mark in marks)]
-    return (named or lines or ["no output"])[0][:200]
+    # The line after the heading of an exception names it; libFuzzer's own line comes without one.
+    headings = [k for k, line in enumerate(lines[:-1]) if _UNCAUGHT in line]
+    named = [lines[k + 1] for k in headings] or [line for line in lines if "ERROR:" in line]
+    return (named or lines[-1:] or ["no output"])[0][:200]
 
 
 def fuzz(reader: Reader, seconds: int, folder: Path) -> None:

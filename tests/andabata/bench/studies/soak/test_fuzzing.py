@@ -41,7 +41,15 @@ def test_inputs_that_failed_are_kept_and_named(tmp_path, monkeypatch):
     whole = fuzzed_readers_raise_named_errors(9, tmp_path / "a/files")
     assert (whole.trials, whole.failed) == (1200, 0)
     assert whole.figure == "1,200 inputs, 9 s each of 1 readers"
-    monkeypatch.setattr(subprocess, "run", ended(77, f"noise\nKeyError: 'x'\n{text}"))
+    uncaught = (
+        "noise\n === Uncaught Python exception: ===\nKeyError: 'x'\nERROR: libFuzzer: exited\n"
+    )
+    monkeypatch.setattr(subprocess, "run", ended(77, f"{uncaught}{text}"))
+    assert (
+        fuzzing._reason("a\n==1== ERROR: libFuzzer: timeout\nb")
+        == "==1== ERROR: libFuzzer: timeout"
+    )
+    assert fuzzing._reason("Traceback\nImportError: x\n") == "ImportError: x"
     (failure,) = fuzzed_readers_raise_named_errors(9, tmp_path / "b/files").failures
     kept = tmp_path / "b/inputs/crash-1234"
     assert failure == f"VTK cloud: KeyError: 'x'; input {kept}"

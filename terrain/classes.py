@@ -30,6 +30,7 @@ class SemanticClass(IntEnum):
     STALKS = 17
     MEADOW = 18
     THICKET = 19
+    SHORT_GRASS = 20
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,8 @@ TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
         SemanticClass.STALKS: _plants(0.3),
         SemanticClass.MEADOW: _plants(0.9),
         SemanticClass.THICKET: _plants(1.8),
+        # Low plants and leaves on the ground; they have no bodies, see ``World.cover``.
+        SemanticClass.SHORT_GRASS: _GROUND,
     }
 )
 """Properties of all semantic classes."""

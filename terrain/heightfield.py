@@ -81,6 +81,24 @@ class Heightfield:
         _interpolate(self.heights, self.cell, along.ravel(), across.ravel(), heights.ravel())
         return heights
 
+    def refined(self, factor: int) -> "Heightfield":
+        """Return the same surface on a finer grid, up to the rounding of float32.
+
+        Args:
+            factor: Number of new cells along the edge of one.
+
+        Raises:
+            ValueError: If the factor is less than 1.
+        """
+        if factor < 1:
+            raise ValueError(f"factor: expected 1 or more, got {factor}")
+        if factor == 1:
+            return self
+        nx, ny = ((n - 1) * factor + 1 for n in self.heights.shape)
+        cell = self.cell / factor
+        x, y = np.arange(nx) * cell - self.width / 2, np.arange(ny) * cell - self.depth / 2
+        return Heightfield(self.height_at(x[:, None], y[None, :]).astype(np.float32), cell)
+
     def triangles(self) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
         """Return the surface as triangles that face upwards.
 

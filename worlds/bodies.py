@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from terrain.classes import TRAITS
+from terrain.heightfield import Heightfield
 from worlds.quiet_pybullet import pybullet
 from worlds.rooms.movers import MoverPlan
 from worlds.world import World
@@ -43,22 +44,38 @@ def build_bodies(world: World, client: int) -> Bodies:
         world: The world.
         client: Identifier of the physics client.
     """
-    heights = world.ground.heights
+    ground = build_ground(world.ground, (0.0, 0.0), client)
+    return Bodies(ground, build_solids(world, client), build_walkers(world, client))
+
+
+def build_ground(ground: Heightfield, middle: tuple[float, float], client: int) -> int:
+    """Create a heightfield, and return the identifier of its body.
+
+    Args:
+        ground: Heights; its own middle is the origin of its coordinates.
+        middle: Where that is in the map [m].
+        client: Identifier of the physics client.
+    """
+    heights = ground.heights
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_HEIGHTFIELD,
-        meshScale=[world.ground.cell, world.ground.cell, 1.0],
+        meshScale=[ground.cell, ground.cell, 1.0],
         heightfieldData=heights.T.ravel(),
         numHeightfieldRows=heights.shape[0],
         numHeightfieldColumns=heights.shape[1],
         physicsClientId=client,
     )
     # pybullet centres a heightfield between its lowest and its highest point.
-    middle = (float(heights.min()) + float(heights.max())) / 2
-    ground = pybullet.createMultiBody(
-        0, shape, basePosition=[0.0, 0.0, middle], physicsClientId=client
+    level = (float(heights.min()) + float(heights.max())) / 2
+    body: int = pybullet.createMultiBody(
+        0, shape, basePosition=[*middle, level], physicsClientId=client
     )
-    walkers = tuple(_build_walker(mover.plan, client) for mover in world.movers)
-    return Bodies(ground, tuple(_build_solids(world, client)), walkers)
+    return body
+
+
+def build_walkers(world: World, client: int) -> tuple[int, ...]:
+    """Create the walkers' cylinders below the ground, and return the identifiers of the bodies."""
+    return tuple(_build_walker(mover.plan, client) for mover in world.movers)
 
 
 def _build_walker(plan: MoverPlan, client: int) -> int:
@@ -90,7 +107,7 @@ def move_walker(
     pybullet.resetBaseVelocity(body, velocity, (0.0, 0.0, 0.0), physicsClientId=client)
 
 
-def _build_solids(world: World, client: int) -> list[int]:
+def build_solids(world: World, client: int) -> tuple[int, ...]:
     """Create all solid objects, hundreds to a mesh, and return the identifiers of their bodies."""
     bodies: list[int] = []
     vertices: list[np.ndarray] = []
@@ -113,4 +130,4 @@ def _build_solids(world: World, client: int) -> list[int]:
             bodies.append(pybullet.createMultiBody(0, shape, physicsClientId=client))
             vertices, triangles = [], []
             corners = faces = 0
-    return bodies
+    return tuple(bodies)

@@ -24,7 +24,9 @@ from terrain.objects import SceneObject, bounds, rock
 from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
 from terrain.stands import stand
 from worlds.goals import sample_tasks
+from worlds.ground_cover import CoverConfig, ground_cover
 from worlds.rooms.movers import Mover
+from worlds.rough_ground import RoughnessConfig, rough_ground
 from worlds.truth import TruthConfig, build_truth
 from worlds.walkers import WalkerConfig, draw_walkers, solids_room
 from worlds.world import World
@@ -69,6 +71,8 @@ class NaturalConfig(BaseModel):
         far: Largest straight distance from goal to goal [m].
         longest: Largest length of a safe path from goal to goal [m]; in 300 s a robot drives 90 m.
         walkers: Number, size and speed of what walks about.
+        roughness: What wheels roll over.
+        cover: Low plants and leaves on the ground.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -105,6 +109,8 @@ class NaturalConfig(BaseModel):
     far: float = Field(default=45.0, gt=2)
     longest: float = Field(default=70.0, gt=2)
     walkers: WalkerConfig = Field(default_factory=WalkerConfig)
+    roughness: RoughnessConfig = Field(default_factory=RoughnessConfig)
+    cover: CoverConfig = Field(default_factory=CoverConfig)
 
 
 def make_natural(
@@ -125,19 +131,26 @@ def make_natural(
     Raises:
         UnsolvableWorldError: If no tasks with safe paths are found.
     """
-    ground_rng, object_rng, task_rng, walker_rng = rng.spawn(4)
-    ground, surface = _ground(config, difficulty, ground_rng)
-    objects = _objects(ground, config, difficulty, object_rng)
+    ground_rng, object_rng, task_rng, walker_rng, rough_rng, cover_rng = rng.spawn(6)
+    smooth, surface = _ground(config, difficulty, ground_rng)
+    ground, base = smooth, None
+    if not config.roughness.is_smooth:
+        base = smooth
+        ground, surface = rough_ground(smooth, surface, config.roughness, difficulty, rough_rng)
+    objects = _objects(ground, smooth, config, difficulty, object_rng)
     removed = _on_path(objects, ground, surface)
     objects = tuple(each for each, gone in zip(objects, removed, strict=True) if not gone)
-    truth = build_truth(ground, objects, TruthConfig(), surface)
+    cover = ground_cover(surface, ground.cell, config.cover, difficulty, cover_rng)
+    truth = build_truth(ground, objects, TruthConfig(), surface, base, cover)
     reach = (config.near, config.far)
     tasks = sample_tasks(truth, config.tasks, config.goals, reach, config.longest, task_rng)
     movers: tuple[Mover, ...] = ()
     if config.walkers.count:
         room = solids_room(ground, objects)
         movers = draw_walkers(config.walkers, room, tasks, walker_rng)
-    return World(name, seed, difficulty, ground, surface, objects, tasks, truth, movers)
+    return World(
+        name, seed, difficulty, ground, surface, objects, tasks, truth, movers, base, cover
+    )
 
 
 def _ground(
@@ -213,9 +226,13 @@ def _on_path(
 
 
 def _objects(
-    ground: Heightfield, config: NaturalConfig, difficulty: float, rng: np.random.Generator
+    ground: Heightfield,
+    smooth: Heightfield,
+    config: NaturalConfig,
+    difficulty: float,
+    rng: np.random.Generator,
 ) -> Sequence[SceneObject]:
-    """Return all objects on the ground."""
+    """Return all objects on the ground, at the same places on smooth ground and on rough."""
     objects: list[SceneObject] = []
     kinds: tuple[tuple[Maker, float, float], ...] = (
         (tree, config.trees, 25.0),
@@ -235,7 +252,7 @@ def _objects(
         stream = rng.spawn(1)[0]
         if not density:
             continue
-        for x, y in _scatter(ground, density * (0.5 + difficulty), patch, stream):
+        for x, y in _scatter(smooth, density * (0.5 + difficulty), patch, stream):
             objects.extend(make(ground, x, y, stream))
     for _ in range(round(config.traps * (0.5 + difficulty))):
         objects.extend(_trap(ground, rng))

@@ -33,7 +33,8 @@ class TruthConfig(BaseModel):
     Attributes:
         cell: Edge of a cell [m]; five cells, the window of slope and step, span the wheelbase.
         max_slope: Largest traversable slope [rad].
-        max_step: Largest traversable step within a wheelbase [m].
+        max_step: Largest traversable step within a wheelbase, and height up to which a wheel
+            climbs solid objects [m].
         body_height: Height above ground below which foliage is an obstacle [m].
         ground_clearance: Height of the body's floor [m]; lower solid objects pass under it.
         max_traversable_vegetation: Height up to which plants are crossed [m]
@@ -61,8 +62,13 @@ def build_truth(
     objects: tuple[SceneObject, ...],
     config: TruthConfig,
     surface: NDArray[np.uint8] | None = None,
+    base: Heightfield | None = None,
+    cover: NDArray[np.uint8] | None = None,
 ) -> TraversabilityMap:
     """Return the true map of a world.
+
+    Slope and step are those of the ground without what a wheel rolls over; objects stand on the
+    ground as it is.
 
     Args:
         ground: The heightfield.
@@ -70,10 +76,14 @@ def build_truth(
         config: Limits of the robot.
         surface: Semantic class of each grid cell of the heightfield, uint8, shape
             (nx - 1, ny - 1); None for plain ground.
+        base: The ground without roughness that wheels roll over; None if it has none.
+        cover: Height of the low plants on each grid cell [cm], as ``surface``; None for bare
+            ground.
     """
     cell = config.cell
     x, y = _centres(ground.width, cell), _centres(ground.depth, cell)
-    slope, step = slope_and_step(ground.height_at(x[:, None], y[None, :]), cell)
+    heights = (base or ground).height_at(x[:, None], y[None, :])
+    slope, step = slope_and_step(heights, cell)
     severity = np.maximum(
         (slope - config.max_slope) / config.slope_margin,
         (step - config.max_step) / config.step_margin,
@@ -83,7 +93,10 @@ def build_truth(
     reason[step > config.max_step] = Reason.STEP
     reason[slope > config.max_slope] = Reason.SLOPE
     if surface is not None:
-        reason[_classes_at(surface, ground, x, y) == SemanticClass.WATER] = Reason.WATER
+        reason[_values_at(surface, ground, x, y) == SemanticClass.WATER] = Reason.WATER
+    if cover is not None:
+        too_high = _values_at(cover, ground, x, y) > 100 * config.max_traversable_vegetation
+        reason[too_high] = Reason.VEGETATION
     reasons = _reasons_of(objects, ground, config)
     for kind in (Reason.VEGETATION, Reason.LOW, Reason.SOLID):
         below = [objects[k] for k in np.flatnonzero(reasons == kind)]
@@ -107,11 +120,10 @@ def with_vegetation_limit(world: World, limit: float) -> World:
         limit: Height up to which the robot crosses plants [m].
     """
     config = TruthConfig(max_traversable_vegetation=limit)
-    if config == TruthConfig() or not any(
-        TRAITS[each.semantic].by_height for each in world.objects
-    ):
+    has_plants = any(TRAITS[each.semantic].by_height for each in world.objects)
+    if config == TruthConfig() or not (has_plants or world.cover is not None):
         return world
-    truth = build_truth(world.ground, world.objects, config, world.surface)
+    truth = build_truth(world.ground, world.objects, config, world.surface, world.base, world.cover)
     return replace(world, truth=truth)
 
 
@@ -184,16 +196,16 @@ def _centres(extent: float, cell: float) -> NDArray[np.floating]:
     return -extent / 2 + (np.arange(round(extent / cell)) + 0.5) * cell
 
 
-def _classes_at(
-    surface: NDArray[np.uint8],
+def _values_at(
+    values: NDArray[np.uint8],
     ground: Heightfield,
     x: NDArray[np.floating],
     y: NDArray[np.floating],
 ) -> NDArray[np.uint8]:
-    """Return the semantic class of the ground at each pair of x and y [m], shape (n, m)."""
-    column = np.minimum((x + ground.width / 2) / ground.cell, surface.shape[0] - 1).astype(int)
-    row = np.minimum((y + ground.depth / 2) / ground.cell, surface.shape[1] - 1).astype(int)
-    return surface[column[:, None], row[None, :]]
+    """Return the value of the grid cell at each pair of x and y [m], shape (n, m)."""
+    column = np.minimum((x + ground.width / 2) / ground.cell, values.shape[0] - 1).astype(int)
+    row = np.minimum((y + ground.depth / 2) / ground.cell, values.shape[1] - 1).astype(int)
+    return values[column[:, None], row[None, :]]
 
 
 def _reasons_of(
@@ -207,6 +219,8 @@ def _reasons_of(
     begins, ends = (end[:, 2] - ground.height_at(end[:, 0], end[:, 1]) for end in (lows, highs))
     traits = [TRAITS[each.semantic] for each in objects]
     reasons = np.where(ends < config.ground_clearance, Reason.LOW, Reason.SOLID)
+    # What rises less than a step is one that a wheel climbs.
+    reasons[ends <= config.max_step] = Reason.FREE
     reasons[[not trait.solid for trait in traits]] = Reason.VEGETATION
     reasons[[trait.traversable for trait in traits]] = Reason.FREE
     for k in np.flatnonzero([trait.by_height for trait in traits]):

@@ -57,6 +57,10 @@ class World:
         tasks: Starts and goals, each with a safe path that was found when the world was made.
         truth: True map of where the robot may drive; walkers are not in it.
         movers: Walkers, as they are when a robot is put down.
+        base: The ground without roughness that wheels roll over, of which the true map is built;
+            None if it has none.
+        cover: Height of the low plants and leaves on each grid cell, in which beams stop and which
+            wheels do not feel [cm], uint8, shape (nx - 1, ny - 1); None for bare ground.
     """
 
     name: str
@@ -68,6 +72,8 @@ class World:
     tasks: tuple[Task, ...]
     truth: TraversabilityMap
     movers: tuple[Mover, ...] = ()
+    base: Heightfield | None = None
+    cover: NDArray[np.uint8] | None = None
 
 
 def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> Task:

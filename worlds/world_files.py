@@ -77,6 +77,7 @@ class _Header(BaseModel):
     cell: float
     tasks: tuple[_Task, ...]
     movers: tuple[_Mover, ...] = ()
+    base_cell: float | None = None
 
 
 def is_world_file(name: str) -> bool:
@@ -100,6 +101,7 @@ def world_to_bytes(world: World) -> bytes:
             _Mover(place=mover.place, velocity=mover.velocity, plan=mover.plan)
             for mover in world.movers
         ),
+        base_cell=None if world.base is None else world.base.cell,
     )
     arrays = {
         "heights": world.ground.heights,
@@ -110,10 +112,14 @@ def world_to_bytes(world: World) -> bytes:
         "triangles": _joined([each.triangles for each in objects], np.uint32),
         "triangle_starts": _starts([len(each.triangles) for each in objects]),
     }
+    if world.base is not None:
+        arrays["base"] = world.base.heights
+    if world.cover is not None:
+        arrays["cover"] = world.cover
     whole = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     # One key, since the order of several is not always the same.
-    # A world without walkers has the bytes that it had before there were any.
-    left_out = None if header.movers else {"movers"}
+    # A world without walkers or roughness has the bytes that it had before there were any.
+    left_out = {name for name in ("movers", "base_cell") if not getattr(header, name)}
     return save(whole, {_KIND: header.model_dump_json(exclude=left_out)})
 
 
@@ -161,11 +167,57 @@ def _world(header: _Header, arrays: dict[str, NDArray[np.generic]]) -> World:
         raise ValueError(f"surface: expected one value a cell, got shape {surface.shape}")
     objects = tuple(_objects(arrays))
     tasks = tuple(Task(Start(*task.start), task.goals) for task in header.tasks)
-    truth = build_truth(ground, objects, TruthConfig(), surface)
+    base = _base(header, arrays, ground)
+    cover = _cover(arrays, surface)
+    truth = build_truth(ground, objects, TruthConfig(), surface, base, cover)
     movers = tuple(Mover(one.place, one.velocity, one.plan) for one in header.movers)
     return World(
-        header.name, header.seed, header.difficulty, ground, surface, objects, tasks, truth, movers
+        header.name,
+        header.seed,
+        header.difficulty,
+        ground,
+        surface,
+        objects,
+        tasks,
+        truth,
+        movers,
+        base,
+        cover,
     )
+
+
+def _base(
+    header: _Header, arrays: dict[str, NDArray[np.generic]], ground: Heightfield
+) -> Heightfield | None:
+    """Return the ground without roughness, None if it has none.
+
+    Raises:
+        ValueError: If it is not as large as the ground.
+    """
+    heights = arrays.get("base")
+    if heights is None or header.base_cell is None:
+        return None
+    base = Heightfield(heights.astype(np.float32), header.base_cell)
+    sizes = (base.width, base.depth), (ground.width, ground.depth)
+    if not np.allclose(*sizes, rtol=1e-6):
+        raise ValueError(f"base: expected the size of the ground, {sizes[1]} m, got {sizes[0]} m")
+    return base
+
+
+def _cover(
+    arrays: dict[str, NDArray[np.generic]], surface: NDArray[np.uint8]
+) -> NDArray[np.uint8] | None:
+    """Return the height of the low plants on each cell [cm], None for bare ground.
+
+    Raises:
+        ValueError: If it is not of the grid's shape.
+    """
+    heights = arrays.get("cover")
+    if heights is None:
+        return None
+    if heights.dtype != np.uint8 or heights.shape != surface.shape:
+        raise ValueError(f"cover: expected uint8, one value a cell, got shape {heights.shape}")
+    return heights.astype(np.uint8)
 
 
 def _objects(arrays: dict[str, NDArray[np.generic]]) -> list[SceneObject]:

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial.transform import Rotation
 
+from andabata.machine.bullet_ground import GroundWindow
 from andabata.machine.clock import TICK, TICK_HZ
 from andabata.machine.planar.mover_contact import Contact, walker_contact
 from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
-from worlds.bodies import BELOW, build_bodies, move_walker
+from worlds.bodies import BELOW, build_solids, build_walkers, move_walker
 from worlds.quiet_pybullet import pybullet
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World
@@ -89,8 +90,10 @@ class BulletVehicle:
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=self._config.step, enableConeFriction=0, physicsClientId=self._client
         )
-        self._bodies = build_bodies(world, self._client)
-        for body in (self._bodies.ground, *self._bodies.solids):
+        self._window = GroundWindow(world.ground, self._client)
+        self._solids = build_solids(world, self._client)
+        self._walkers = build_walkers(world, self._client)
+        for body in self._solids:
             pybullet.changeDynamics(body, -1, lateralFriction=1.0, physicsClientId=self._client)
         self._body = self._load(robot)
         self._wheels = [self._joints[f"{name}_joint"] for name in _WHEELS]
@@ -101,7 +104,7 @@ class BulletVehicle:
         self._contacts = corners * [robot.wheelbase, robot.track]
         self._ticks = 0
         self._contact = Contact.NONE
-        self._is_out = np.zeros(len(self._bodies.walkers), dtype=np.bool_)
+        self._is_out = np.zeros(len(self._walkers), dtype=np.bool_)
         self._tipped = False
         self._work = 0.0
 
@@ -124,13 +127,24 @@ class BulletVehicle:
 
     def _divide_contacts(self) -> None:
         """Let spheres meet the ground alone, and wheels everything else."""
-        ground, others = self._bodies.ground, (*self._bodies.solids, *self._bodies.walkers)
-        pairs = [(wheel, ground) for wheel in self._wheels]
-        pairs += [(sphere, other) for sphere in self._spheres for other in others]
-        for link, other in pairs:
+        self._let_wheels_pass()
+        others = (*self._solids, *self._walkers)
+        for link, other in ((sphere, other) for sphere in self._spheres for other in others):
             pybullet.setCollisionFilterPair(
                 self._body, other, link, -1, 0, physicsClientId=self._client
             )
+
+    def _let_wheels_pass(self) -> None:
+        """Let the wheels pass through the ground, which their spheres meet."""
+        for wheel in self._wheels:
+            pybullet.setCollisionFilterPair(
+                self._body, self._window.body, wheel, -1, 0, physicsClientId=self._client
+            )
+
+    def _follow(self, x: float, y: float) -> None:
+        """Have ground around a place in the map [m]."""
+        if self._window.follow(x, y):
+            self._let_wheels_pass()
 
     def _prepare_wheels(self) -> None:
         """Set anisotropic friction of the wheels and release the brakes of their motors."""
@@ -173,6 +187,7 @@ class BulletVehicle:
         )
         turn = Rotation.from_quat(quaternion(roll, pitch, start.yaw))
         base = turn.apply([0.0, 0.0, self._robot.centre_of_mass + _DROP])
+        self._follow(start.x, start.y)
         pybullet.resetBasePositionAndOrientation(
             self._body,
             (base + np.array([start.x, start.y, height])).tolist(),
@@ -182,9 +197,9 @@ class BulletVehicle:
         pybullet.resetBaseVelocity(self._body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
         for wheel in self._wheels:
             pybullet.resetJointState(self._body, wheel, 0.0, 0.0, physicsClientId=self._client)
-        for walker in self._bodies.walkers:
+        for walker in self._walkers:
             move_walker(walker, BELOW, (0.0, 0.0, 0.0), self._client)
-        self._is_out = np.zeros(len(self._bodies.walkers), dtype=np.bool_)
+        self._is_out = np.zeros(len(self._walkers), dtype=np.bool_)
         self._contact, self._tipped = Contact.NONE, False
         self.drive(WheelSpeeds(0.0, 0.0), round(self._config.settle_time / TICK))
         self._ticks, self._work = 0, 0.0
@@ -208,6 +223,8 @@ class BulletVehicle:
             forces=[self._robot.wheel_torque] * 4,
             physicsClientId=self._client,
         )
+        (x, y, *_), _ = self._footprint()
+        self._follow(x, y)
         self._contact = Contact.NONE
         rows, upright = [], math.cos(self._config.tip_angle)
         for tick in range(ticks):
@@ -230,7 +247,7 @@ class BulletVehicle:
 
     def _touches(self) -> bool:
         """Return true if the body touches a solid object, or a wheel one that it cannot climb."""
-        for solid in self._bodies.solids:
+        for solid in self._solids:
             for contact in pybullet.getContactPoints(
                 self._body, solid, physicsClientId=self._client
             ):
@@ -257,14 +274,14 @@ class BulletVehicle:
         places, velocities, radii = (array[tick] for array in walkers.movers)
         near = (radii > 0.0) & (np.hypot(places[:, 0] - x, places[:, 1] - y) < _AROUND)
         for m in np.flatnonzero(self._is_out & ~near).tolist():
-            move_walker(self._bodies.walkers[m], BELOW, (0.0, 0.0, 0.0), self._client)
+            move_walker(self._walkers[m], BELOW, (0.0, 0.0, 0.0), self._client)
         for m in np.flatnonzero(near).tolist():
             middle = float(walkers.feet[tick, m] + walkers.heights[m] / 2)
             place = (float(places[m, 0]), float(places[m, 1]), middle)
             velocity = (float(velocities[m, 0]), float(velocities[m, 1]), 0.0)
-            move_walker(self._bodies.walkers[m], place, velocity, self._client)
+            move_walker(self._walkers[m], place, velocity, self._client)
         self._is_out = near
-        return [self._bodies.walkers[m] for m in np.flatnonzero(near).tolist()]
+        return [self._walkers[m] for m in np.flatnonzero(near).tolist()]
 
     def _touches_walker(self, near: list[int]) -> bool:
         """Return true if body or wheels touch one of some bodies of walkers."""

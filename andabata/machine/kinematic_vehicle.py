@@ -18,6 +18,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from terrain.kernel import kernel
+from worlds.caps import low_caps
 from worlds.rooms.mover_motion import Movers
 from worlds.traversability_map import Reason, TraversabilityMap
 from worlds.walking import WalkerTrack
@@ -100,6 +101,8 @@ class KinematicVehicle:
         heights = np.ascontiguousarray(ground.heights)
         self._ground: WheelGround = (heights, ground.cell, self._parameters.wheels)
         cells = contact_map(truth, outline)
+        # Of a low object wheels strike what rises more than a step, and climb its foot.
+        cells[(cells == _LOW) & ~low_caps(world)] = _NEAR
         self._contact: ContactMap = (cells, truth.x_min, truth.y_min, truth.cell, outline)
         self._last = np.zeros(9)
         self.place(Start(0.0, 0.0, 0.0))

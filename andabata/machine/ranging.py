@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.counter_rng import normal, uniform
 from terrain.classes import TRAITS
+from terrain.counter_rng import normal, uniform
 from terrain.kernel import inlined_kernel, kernel
 from worlds.rays.geometry import NO_CLASS
 from worlds.rays.layout import Layout

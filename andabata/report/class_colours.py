@@ -58,6 +58,7 @@ def _table() -> NDArray[np.uint8]:
         SemanticClass.STALKS: (196, 188, 104),
         SemanticClass.MEADOW: (148, 178, 72),
         SemanticClass.THICKET: (92, 128, 52),
+        SemanticClass.SHORT_GRASS: (158, 176, 98),
         SemanticClass.WALL: (154, 91, 69),
         SemanticClass.WATER: (63, 127, 196),
         SemanticClass.WALKER: (122, 47, 181),

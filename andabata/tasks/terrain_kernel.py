@@ -67,8 +67,10 @@ class Worlds(NamedTuple):
 
     heights: NDArray[np.float32]
     surface: NDArray[np.uint8]
+    cover: NDArray[np.uint8]
     contact: NDArray[np.uint8]
     tops: NDArray[np.float64]
+    lids: NDArray[np.float64]
     objects: NDArray[np.int64]
     kinds: NDArray[np.uint8]
     boxes: NDArray[np.float64]
@@ -154,8 +156,10 @@ def lay_out(worlds: list[TerrainObstacles]) -> Worlds:
     return Worlds(
         heights=np.stack([ground.heights for ground, _, _ in layouts]),
         surface=np.stack([ground.surface for ground, _, _ in layouts]),
+        cover=np.stack([ground.cover for ground, _, _ in layouts]),
         contact=np.stack([world.contact for world in worlds]),
         tops=np.stack([blocks.tops for _, _, blocks in layouts]),
+        lids=np.stack([blocks.lids for _, _, blocks in layouts]),
         objects=_ends([len(each.kinds) for each in objects]),
         kinds=np.concatenate([each.kinds for each in objects]),
         boxes=np.concatenate([each.boxes for each in objects]),
@@ -292,7 +296,7 @@ def _cast(
     """Cast rays in one of the worlds that are laid out behind each other."""
     objects, faces, lists = worlds.objects, worlds.faces, worlds.lists
     layout = Layout(
-        Ground(worlds.heights[w], worlds.surface[w], worlds.frame),
+        Ground(worlds.heights[w], worlds.surface[w], worlds.cover[w], worlds.frame),
         ConvexObjects(
             worlds.kinds[objects[w] : objects[w + 1]],
             worlds.boxes[objects[w] : objects[w + 1]],
@@ -302,6 +306,7 @@ def _cast(
         Blocks(
             worlds.lattice,
             worlds.tops[w],
+            worlds.lids[w],
             worlds.firsts[w],
             worlds.members[lists[w] : lists[w + 1]],
         ),

@@ -15,9 +15,9 @@ def test_stored_values_never_change():
     assert [kind.name for kind in sorted(SemanticClass)] == [
         *("GROUND", "PATH", "TRUNK", "FOLIAGE", "BUSH", "ROCK", "HIGH_GRASS", "WALL", "POST"),
         *("LAMP", "BENCH", "TABLE", "BIN", "CABLE", "STONE", "WATER", "WALKER"),
-        *("STALKS", "MEADOW", "THICKET"),
+        *("STALKS", "MEADOW", "THICKET", "SHORT_GRASS"),
     ]
-    assert sorted(SemanticClass) == list(range(20))
+    assert sorted(SemanticClass) == list(range(21))
 
 
 def test_beams_pass_exactly_what_wheels_pass():
@@ -28,9 +28,14 @@ def test_beams_pass_exactly_what_wheels_pass():
 
 
 def test_what_may_be_driven_on():
-    """Ground, paths and stones are traversable, nothing else is."""
+    """Ground, paths, stones and short grass are traversable, nothing else is."""
     free = {kind for kind, traits in TRAITS.items() if traits.traversable}
-    assert free == {SemanticClass.GROUND, SemanticClass.PATH, SemanticClass.STONE}
+    assert free == {
+        SemanticClass.GROUND,
+        SemanticClass.PATH,
+        SemanticClass.STONE,
+        SemanticClass.SHORT_GRASS,
+    }
 
 
 def test_only_water_swallows_beams():

@@ -94,3 +94,18 @@ def test_heights_are_read_only():
     """A heightfield does not change under its readers."""
     with pytest.raises(ValueError, match="read-only"):
         plane(0.0, 0.0).heights[0, 0] = 1.0
+
+
+def test_a_finer_grid_is_the_same_surface():
+    """Nodes of the coarse grid stay, and any place has its height; a factor of 1 is the field."""
+    rng = np.random.default_rng(0)
+    field = Heightfield(rng.normal(0, 1, (5, 7)).astype(np.float32), 0.5)
+    fine = field.refined(3)
+    assert fine.cell == pytest.approx(0.5 / 3)
+    assert (fine.width, fine.depth) == pytest.approx((field.width, field.depth))
+    np.testing.assert_allclose(fine.heights[::3, ::3], field.heights, atol=1e-6)
+    x, y = rng.uniform(-1.5, 1.5, (2, 500))
+    np.testing.assert_allclose(fine.height_at(x, y), field.height_at(x, y), atol=2e-6)
+    assert field.refined(1) is field
+    with pytest.raises(ValueError, match="factor: expected 1 or more, got 0"):
+        field.refined(0)

@@ -16,6 +16,7 @@ NAMES = (
     "meadow",
     "natural",
     "natural-far",
+    "natural-rough",
     "natural-test",
     "natural-walkers",
     "park",

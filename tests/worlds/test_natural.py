@@ -5,6 +5,7 @@ import pytest
 
 from terrain.classes import TRAITS, SemanticClass
 from worlds.natural import NaturalConfig, make_natural
+from worlds.rough_ground import RoughnessConfig
 from worlds.traversability_map import Reason
 
 BARE = NaturalConfig(
@@ -118,3 +119,22 @@ def test_ledges_are_upright_steps_up_and_down():
         assert stops or height < 0.12
         extremes.append(added[np.unravel_index(np.abs(added).argmax(), added.shape)])
     assert min(extremes) < 0 < max(extremes)
+
+
+def test_roughness_moves_nothing_and_forbids_nothing():
+    """Objects stand at the same places on the rough ground; the true map stays the smooth one's."""
+    smooth = natural(rocks=0.03, bushes=0.02)
+    rough = natural(rocks=0.03, bushes=0.02, roughness=RoughnessConfig(clods=0.025, ruts=5))
+    assert smooth.base is None
+    np.testing.assert_array_equal(rough.base.heights, smooth.ground.heights)
+    assert rough.ground.cell == pytest.approx(smooth.ground.cell / 3)
+    assert len(rough.objects) == len(smooth.objects)
+    for a, b in zip(rough.objects, smooth.objects, strict=True):
+        shift = (a.vertices - b.vertices).astype(np.float64)
+        np.testing.assert_allclose(shift[:, :2], 0.0, atol=1e-5)
+        np.testing.assert_allclose(shift[:, 2], shift[0, 2], atol=1e-5)
+        assert abs(shift[0, 2]) < 0.15
+    same = rough.truth.reason == smooth.truth.reason
+    assert same.mean() > 0.999
+    step = (Reason.STEP, Reason.SLOPE)
+    assert np.isin(rough.truth.reason, step).sum() == np.isin(smooth.truth.reason, step).sum()

@@ -9,6 +9,7 @@ from terrain.objects import frustum
 from tests.support.true_maps import slope, solid_at, truth_of
 from worlds.traversability_map import Reason
 from worlds.truth import TruthConfig, build_truth, slope_and_step, with_vegetation_limit
+from worlds.world import World
 
 
 @pytest.mark.parametrize(
@@ -86,6 +87,8 @@ def test_the_border_is_forbidden_and_hides_no_other_reason():
 @pytest.mark.parametrize(
     ("semantic", "base", "height", "reason"),
     [
+        (SemanticClass.ROCK, -0.1, 0.145, Reason.FREE),
+        (SemanticClass.ROCK, -0.1, 0.155, Reason.LOW),
         (SemanticClass.ROCK, -0.1, 0.18, Reason.LOW),
         (SemanticClass.ROCK, -0.1, 0.2, Reason.SOLID),
         (SemanticClass.HIGH_GRASS, -0.1, 0.24, Reason.FREE),
@@ -99,7 +102,7 @@ def test_the_border_is_forbidden_and_hides_no_other_reason():
     ],
 )
 def test_objects_forbid_their_footprint_by_class_and_height(semantic, base, height, reason):
-    """Solid objects below 9 cm are low, plants up to 15 cm free, and so is what begins at 90 cm."""
+    """Solid objects to 5 cm are free, to 9 cm low; plants to 15 cm, what begins at 90 cm free."""
     truth = truth_of(np.zeros((51, 51)), (frustum(semantic, (1, 2, base), (0.4, 0.4), height),))
     assert truth.reason_at(1.0, 2.0) == reason
     assert truth.reason_at(1.0, 2.6) == Reason.FREE
@@ -155,3 +158,33 @@ def test_a_robot_with_another_limit_of_plants_has_another_true_map(make_ground):
     assert with_vegetation_limit(world, 0.3).truth.reason_at(1.0, 2.0) == Reason.FREE
     bare = make_ground()
     assert with_vegetation_limit(bare, 0.3) is bare
+
+
+def test_roughness_is_no_step_and_objects_stand_on_it():
+    """Slope and step are those of the base; how high an object rises is measured on the ground."""
+    base = Heightfield(np.zeros((41, 41), dtype=np.float32), 0.25)
+    bumps = np.zeros((121, 121), dtype=np.float32)
+    bumps[::4, ::4] = 0.08
+    ground = Heightfield(bumps + np.float32(0.5), base.cell / 3)
+    overhead = frustum(SemanticClass.FOLIAGE, (0.0, 0.0, 1.0), (0.5, 0.5), 1.0)
+    config = TruthConfig(body_height=0.7)
+    rough = build_truth(ground, (overhead,), config)
+    assert (rough.reason == Reason.STEP).mean() > 0.5
+    even = build_truth(ground, (overhead,), config, None, base)
+    assert not (even.reason == Reason.STEP).any()
+    assert even.reason_at(0.0, 0.0) == Reason.VEGETATION
+    assert build_truth(base, (overhead,), config).reason_at(0.0, 0.0) == Reason.FREE
+
+
+def test_cover_above_the_robots_limit_is_forbidden():
+    """A robot that crosses 15 cm drives over 12 cm of grass, one that crosses 8 cm does not."""
+    ground = Heightfield(np.zeros((41, 41), dtype=np.float32), 0.25)
+    cover = np.zeros((40, 40), dtype=np.uint8)
+    cover[20:] = 12
+    surface = np.zeros((40, 40), dtype=np.uint8)
+    truth = build_truth(ground, (), TruthConfig(), surface, None, cover)
+    assert truth.reason_at(2.0, 0.0) == Reason.FREE
+    world = World("made", 0, 0.0, ground, surface, (), (), truth, cover=cover)
+    lower = with_vegetation_limit(world, 0.08).truth
+    assert lower.reason_at(2.0, 0.0) == Reason.VEGETATION
+    assert lower.reason_at(-2.0, 0.0) == Reason.FREE

@@ -1,6 +1,7 @@
 """World files: a world comes back as it was, and damaged files are named."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -75,6 +76,42 @@ def test_walkers_come_back_and_no_others_are_named(tmp_path):
     assert found.movers == (made, walker((0.0, 0.0)))
     assert world_to_bytes(found) == path.read_bytes()
     assert b"movers" not in world_to_bytes(small())
+
+
+def test_rough_ground_comes_back_with_its_base(tmp_path):
+    """The true map is that of the base; a world without roughness has no word of it."""
+    rng = np.random.default_rng(1)
+    made = small(objects=False)
+    rough = Heightfield(
+        made.ground.refined(2).heights + rng.normal(0, 0.05, (41, 61)).astype(np.float32), 0.25
+    )
+    surface = made.surface.repeat(2, 0).repeat(2, 1)
+    truth = build_truth(rough, (), TruthConfig(), surface, made.ground)
+    made = replace(made, ground=rough, base=made.ground, surface=surface, truth=truth)
+    path = tmp_path / "a.safetensors"
+    path.write_bytes(world_to_bytes(made))
+    found = load_world(path)
+    same(found, made)
+    np.testing.assert_array_equal(found.base.heights, made.base.heights)
+    assert world_to_bytes(found) == path.read_bytes()
+    assert b"base" not in world_to_bytes(small())
+    other = replace(made, base=Heightfield(np.zeros((3, 3), dtype=np.float32), 0.5))
+    path.write_bytes(world_to_bytes(other))
+    with pytest.raises(WorldFileError, match=r"base: expected the size of the ground"):
+        load_world(path)
+
+
+def test_low_plants_come_back(tmp_path):
+    """Their heights are in the file where there are any, and have the grid's shape."""
+    cover = np.random.default_rng(0).integers(0, 15, (20, 30)).astype(np.uint8)
+    path = tmp_path / "a.safetensors"
+    path.write_bytes(world_to_bytes(replace(small(), cover=cover)))
+    np.testing.assert_array_equal(load_world(path).cover, cover)
+    assert load_world(path).truth.reason.tolist() == small().truth.reason.tolist()
+    assert b"cover" not in world_to_bytes(small())
+    path.write_bytes(world_to_bytes(replace(small(), cover=cover[1:])))
+    with pytest.raises(WorldFileError, match=r"cover: expected uint8, one value a cell"):
+        load_world(path)
 
 
 def test_a_world_from_a_seed_comes_back_too(tmp_path):

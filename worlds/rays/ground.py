@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel
 from worlds.rays.geometry import Ray, Span, clip
-from worlds.rays.layout import GridFrame, Lattice
+from worlds.rays.layout import GridFrame, Lattice, Lid
 
 _MARGIN = 1e-6
 """Range by which a walk begins before a ray comes down to the highest ground [m], for rounding."""
@@ -111,22 +111,27 @@ def block_cells(lattice: Lattice, i: int, j: int, nx: int, ny: int) -> CellRange
 
 
 @inlined_kernel
-def start_of_walk(ray: Ray, top: float, begin: float, side: int) -> tuple[float, int]:
+def start_of_walk(ray: Ray, lid: Lid, begin: float, stop: float, side: int) -> tuple[float, int]:
     """Return the range at which a ray may first meet the ground of a block [m], and its side.
 
-    A ray that descends is above all of the ground until it comes down to the highest point.
+    A ray that begins above the ground is above all of it until it comes down to the lid.
 
     Args:
         ray: The ray.
-        top: Highest ground of the block [m].
+        lid: Plane above the ground of the block.
         begin: Range at which the ray enters the block [m].
+        stop: Range at which it leaves the block [m]; returned if it does not come down to the lid.
         side: Side of the ground the ray began on, 0 if unknown yet.
     """
-    if ray.dz < 0 and side >= 0:
-        down = (top - ray.z) * ray.iz - _MARGIN
-        if down > begin:
-            return down, 1
-    return begin, side
+    if side < 0:
+        return begin, side
+    above = ray.z - lid.z - lid.dx * ray.x - lid.dy * ray.y
+    fall = lid.dx * ray.dx + lid.dy * ray.dy - ray.dz
+    if above - fall * begin <= 0:
+        return begin, side
+    if above - fall * stop > 0:
+        return stop, 1
+    return max(begin, above / fall - _MARGIN), 1
 
 
 @inlined_kernel

@@ -19,8 +19,14 @@ BLOCK = 1.0
 GROUND_TOP, OBJECTS_TOP, OBJECTS_BOTTOM = range(3)
 """Columns of ``Blocks.tops``."""
 
+_LIFT = 1e-6
+"""Height of a lid above the highest ground that it covers [m], for rounding."""
+
 _SAME_PLANE = 1e-4
 """Largest difference between the planes of two triangles of one face; margin of the boxes [m]."""
+
+_NO_COVER = np.zeros((0, 0), dtype=np.uint8)
+"""``Ground.cover`` of a world without low plants."""
 
 _MAX_DENT = 0.005
 """Largest height of a vertex above another face's plane in a convex object [m]."""
@@ -46,11 +52,14 @@ class Ground(NamedTuple):
     Attributes:
         heights: Heights at the grid's corners [m], float32, shape (nx, ny).
         surface: Semantic class of each grid cell, uint8, shape (nx - 1, ny - 1).
+        cover: Height of the low plants on each grid cell [cm], uint8, shape (nx - 1, ny - 1);
+            (0, 0) where there are none.
         frame: Position and resolution of the grid.
     """
 
     heights: NDArray[np.float32]
     surface: NDArray[np.uint8]
+    cover: NDArray[np.uint8]
     frame: GridFrame
 
 
@@ -96,6 +105,20 @@ class Lattice(NamedTuple):
     first_j: int
 
 
+class Lid(NamedTuple):
+    """A plane above all ground of a block: ``z + dx * x + dy * y`` at a place in the map.
+
+    Attributes:
+        z: Its height at the map's origin [m].
+        dx: Its rise along x.
+        dy: Its rise along y.
+    """
+
+    z: float
+    dx: float
+    dy: float
+
+
 class Blocks(NamedTuple):
     """Square blocks of the map, each with the range of heights of what it holds.
 
@@ -103,6 +126,7 @@ class Blocks(NamedTuple):
         lattice: Position and resolution of the blocks.
         tops: Highest ground, highest and lowest point of the objects of each block [m], shape
             (bx, by, 3), columns ``GROUND_TOP``, ``OBJECTS_TOP``, ``OBJECTS_BOTTOM``.
+        lids: ``Lid`` of each block's ground, shape (bx, by, 3).
         firsts: Index ranges, shape (bx * by + 1,): ``members[firsts[b]]`` to
             ``members[firsts[b + 1]]`` are the objects of block ``b``, counted row by row.
         members: Indices of objects.
@@ -110,6 +134,7 @@ class Blocks(NamedTuple):
 
     lattice: Lattice
     tops: NDArray[np.float64]
+    lids: NDArray[np.float64]
     firsts: NDArray[np.int64]
     members: NDArray[np.int64]
 
@@ -138,6 +163,7 @@ def build_layout(world: World) -> Layout:
     ground = Ground(
         np.ascontiguousarray(field.heights),
         np.ascontiguousarray(world.surface),
+        _NO_COVER if world.cover is None else np.ascontiguousarray(world.cover),
         GridFrame(-field.width / 2, -field.depth / 2, field.cell),
     )
     return Layout(ground, _convex_objects(world.objects), _blocks(ground, world.objects))
@@ -270,6 +296,8 @@ def _blocks(ground: Ground, objects: tuple[SceneObject, ...]) -> Blocks:
     tops[..., OBJECTS_BOTTOM] = np.inf
     i, j = -first
     tops[i : i + along_x, j : j + along_y, GROUND_TOP] = _ground_tops(ground.heights, cells)
+    lids = np.full((*shape, 3), -np.inf)
+    lids[i : i + along_x, j : j + along_y] = _ground_lids(ground.heights, frame, cells)
     firsts, members = _enter_objects(low - first, high - first, lows[:, 2], highs[:, 2], tops)
     lattice = Lattice(
         x_min=float(frame.x_min + first[0] * edge),
@@ -281,7 +309,7 @@ def _blocks(ground: Ground, objects: tuple[SceneObject, ...]) -> Blocks:
         first_i=int(first[0] * cells),
         first_j=int(first[1] * cells),
     )
-    return Blocks(lattice, tops, firsts, members)
+    return Blocks(lattice, tops, lids, firsts, members)
 
 
 @kernel
@@ -335,3 +363,35 @@ def _ground_tops(heights: NDArray[np.float32], cells: int) -> NDArray[np.float32
         [padded[i : i + along_x * cells, j : j + along_y * cells] for i in (0, 1) for j in (0, 1)]
     )
     return peaks.reshape(along_x, cells, along_y, cells).max(axis=(1, 3))
+
+
+@kernel
+def _ground_lids(heights: NDArray[np.float32], frame: GridFrame, cells: int) -> NDArray[np.float64]:
+    """Return ``Lid`` of each block of ``cells`` x ``cells`` grid cells, shape (bx, by, 3).
+
+    Args:
+        heights: Heights at the grid's corners [m], shape (nx, ny).
+        frame: Position and resolution of the grid.
+        cells: Number of cells along a block's edge.
+    """
+    nx, ny = heights.shape[0] - 1, heights.shape[1] - 1
+    lids = np.empty(((nx + cells - 1) // cells, (ny + cells - 1) // cells, 3))
+    for i in range(lids.shape[0]):
+        for j in range(lids.shape[1]):
+            a0, b0 = i * cells, j * cells
+            a1, b1 = min(a0 + cells, nx), min(b0 + cells, ny)
+            rise_x = rise_y = 0.0
+            for b in range(b0, b1 + 1):
+                rise_x += np.float64(heights[a1, b]) - np.float64(heights[a0, b])
+            for a in range(a0, a1 + 1):
+                rise_y += np.float64(heights[a, b1]) - np.float64(heights[a, b0])
+            dx = rise_x / ((b1 - b0 + 1) * (a1 - a0) * frame.cell)
+            dy = rise_y / ((a1 - a0 + 1) * (b1 - b0) * frame.cell)
+            top = -np.inf
+            for a in range(a0, a1 + 1):
+                x = frame.x_min + a * frame.cell
+                for b in range(b0, b1 + 1):
+                    y = frame.y_min + b * frame.cell
+                    top = max(top, np.float64(heights[a, b]) - dx * x - dy * y)
+            lids[i, j, 0], lids[i, j, 1], lids[i, j, 2] = top + _LIFT, dx, dy
+    return lids

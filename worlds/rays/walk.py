@@ -9,10 +9,12 @@ and highest point.
 import numpy as np
 from numpy.typing import NDArray
 
+from terrain.classes import SemanticClass
 from terrain.kernel import borrowing_kernel, inlined_kernel, kernel
+from worlds.rays.cover import stop_in_cover
 from worlds.rays.geometry import NO_CLASS, Hit, Ray, Span, clip, read_ray
 from worlds.rays.ground import block_cells, hit_ground, over_ground, start_of_walk, to_grid
-from worlds.rays.layout import GROUND_TOP, OBJECTS_BOTTOM, OBJECTS_TOP, Lattice, Layout
+from worlds.rays.layout import GROUND_TOP, OBJECTS_BOTTOM, OBJECTS_TOP, Lattice, Layout, Lid
 from worlds.rays.objects import RATES, Crossings, absorb, cross, misses_box
 from worlds.rays.packet import PACKET, packet_span
 
@@ -69,9 +71,9 @@ def _cast_rays(
         ranges: Output: ranges [m].
         classes: Output: semantic classes.
     """
-    heights, surface, frame = layout.ground
+    heights, surface, cover, frame = layout.ground
     kinds, boxes, starts, planes = layout.objects
-    lattice, tops, firsts, members = layout.blocks
+    lattice, tops, lids, firsts, members = layout.blocks
     columns, rows = tops.shape[0], tops.shape[1]
     nx, ny = surface.shape
     enters, leaves, porous = crossings  # The first ``n_porous`` of each are valid.
@@ -100,7 +102,8 @@ def _cast_rays(
             # Ground of the block, where the ray comes down to it.
             if low <= tops[i, j, GROUND_TOP]:
                 begin, until = max(here, over.begin), min(there, over.end, hit.range)
-                begin, side = start_of_walk(ray, tops[i, j, GROUND_TOP], begin, side)
+                lid = Lid(lids[i, j, 0], lids[i, j, 1], lids[i, j, 2])
+                begin, side = start_of_walk(ray, lid, begin, until, side)
                 if begin < until:
                     cells = block_cells(lattice, i, j, nx, ny)
                     ground_hit = hit_ground(heights, grid_ray, begin, until, cells, side)
@@ -142,6 +145,10 @@ def _cast_rays(
                 to_j += lattice.edge * abs(ray.iy)
             if i < 0 or i >= columns or j < 0 or j >= rows:
                 break
+        if cover.size and np.isfinite(hit.range):
+            stop = stop_in_cover(layout.ground, grid_ray, hit.range)
+            if stop < hit.range:
+                hit = Hit(stop, np.int64(SemanticClass.SHORT_GRASS))
         if n_porous and np.isfinite(optical_depths[number]):
             hit = absorb(
                 hit,

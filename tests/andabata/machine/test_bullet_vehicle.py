@@ -133,8 +133,8 @@ def test_spheres_meet_the_ground_and_wheels_meet_solids(make_ground):
     for _ in range(40):
         twist(vehicle, 0.3, 0.0, 0.05)
         for name, body in (
-            ("ground", vehicle._bodies.ground),
-            ("solid", vehicle._bodies.solids[0]),
+            ("ground", vehicle._window.body),
+            ("solid", vehicle._solids[0]),
         ):
             points = pybullet.getContactPoints(vehicle._body, body, physicsClientId=vehicle._client)
             met[name] |= {point[3] for point in points}

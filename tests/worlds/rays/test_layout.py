@@ -34,7 +34,7 @@ def test_every_vertex_is_inside_of_all_planes(make_ground):
 def test_blocks_hold_the_highest_ground_and_the_objects_that_overlap_them(make_ground, cell):
     """Each block's top is at least that of any place in it, and its objects are those listed."""
     world = make_ground(lambda x, y: 0.2 * x - 0.1 * y, (WALL,), size=9.0, cell=cell)
-    lattice, tops, firsts, members = build_layout(world).blocks
+    lattice, tops, _, firsts, members = build_layout(world).blocks
     assert lattice.edge == pytest.approx(lattice.cells * cell)
     assert lattice.edge == pytest.approx(1.0, abs=0.15)
     x, y = np.random.default_rng(0).uniform(-4.4, 4.4, (2, 2000))
@@ -56,6 +56,26 @@ def test_blocks_hold_the_highest_ground_and_the_objects_that_overlap_them(make_g
     assert lattice.z_max > 2.5
 
 
+@pytest.mark.parametrize("cell", [0.1, 0.3])
+def test_lids_lie_on_the_ground_and_not_below_it(make_ground, cell):
+    """A plane is its own lid; bumps touch theirs; no place of a block is above it."""
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(-4.4, 4.4, (2, 4000))
+    for bump, most in ((0.0, 1e-5), (0.05, 0.15)):
+        world = make_ground(
+            lambda x, y, b=bump: 0.4 * x - 0.1 * y + b * np.sin(9 * x) * np.cos(7 * y),
+            size=9.0,
+            cell=cell,
+        )
+        lattice, _, lids, _, _ = build_layout(world).blocks
+        i = ((x - lattice.x_min) / lattice.edge).astype(int)
+        j = ((y - lattice.y_min) / lattice.edge).astype(int)
+        z, dx, dy = lids[i, j].T
+        above = z + dx * x + dy * y - world.ground.height_at(x, y)
+        assert above.min() >= 0.0
+        assert above.max() < most
+
+
 def test_blocks_list_their_objects_in_order(make_ground):
     """Members of each block are the objects whose box overlaps it, counted upwards."""
     rng = np.random.default_rng(2)
@@ -63,7 +83,7 @@ def test_blocks_list_their_objects_in_order(make_ground):
         box(SemanticClass.WALL, (*rng.uniform(-4, 4, 2), 1.0), (*rng.uniform(0.1, 3.0, 2), 2.0))
         for _ in range(30)
     )
-    lattice, tops, firsts, members = build_layout(make_ground(objects=boxes, size=8.0)).blocks
+    lattice, tops, _, firsts, members = build_layout(make_ground(objects=boxes, size=8.0)).blocks
     corner, shape = np.array([lattice.x_min, lattice.y_min]), tops.shape[:2]
     for block, (i, j) in enumerate(np.ndindex(shape)):
         low = corner + np.array([i, j]) * lattice.edge

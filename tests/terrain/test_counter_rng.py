@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from scipy import stats
 
-from andabata.machine.counter_rng import normal, uniform
+from terrain.counter_rng import normal, uniform
 
 
 @njit

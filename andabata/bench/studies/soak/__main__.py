@@ -8,7 +8,7 @@ stored by ``python -m andabata.report.results_tables --keep``.
 import argparse
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -27,8 +27,11 @@ COMMAND = "python -m andabata.bench.studies.soak"
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the checks, print their table, and return 1 if a promise was not kept, else 0."""
-    options = _options(sys.argv[1:] if argv is None else argv)
+    words = sys.argv[1:] if argv is None else argv
+    options = _options(words)
     chosen = [each for each in PROMISES if not options.only or each.name in options.only]
+    # The code that runs is that of now: it may be another when the last check is done.
+    about = _description(words)
     with tempfile.TemporaryDirectory() as temporary:
         out = Path(temporary) if options.out is None else make_folder(options.out)
         outcomes = run_all(chosen, options.minutes, out)
@@ -36,7 +39,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             promise.row(outcomes[promise.name], promise.count(options.minutes))
             for promise in chosen
         ]
-        _write_run(out, rows, sys.argv[1:] if argv is None else argv)
+        write_json(out / "run.json", about)
+        write_json(out / "evaluation.json", {"rows": rows})
     failures = {name: outcome for name, outcome in outcomes.items() if outcome.failed}
     sys.stdout.write(dumps({"rows": rows}) + "\n" if options.json else markdown_table(rows))
     for name, outcome in failures.items():
@@ -85,13 +89,11 @@ def _options(argv: Sequence[str]) -> argparse.Namespace:
     return parser.parse_args(argv)
 
 
-def _write_run(out: Path, rows: Sequence[Mapping[str, Any]], argv: Sequence[str]) -> None:
-    """Write description and rows of a run, as a results page takes them."""
-    words = " ".join([COMMAND, *_without_out(argv)])
+def _description(argv: Sequence[str]) -> dict[str, Any]:
+    """Return command, commit and date of a run, as a results page takes them."""
     date = datetime.now(UTC).date().isoformat()
-    about = describe("soak", {}, 0) | {"command": words, "date": date}
-    write_json(out / "run.json", about)
-    write_json(out / "evaluation.json", {"rows": list(rows)})
+    words = " ".join([COMMAND, *_without_out(argv)])
+    return describe("soak", {}, 0) | {"command": words, "date": date}
 
 
 def _without_out(argv: Sequence[str]) -> list[str]:

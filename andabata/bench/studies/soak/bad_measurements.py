@@ -68,6 +68,9 @@ def damages() -> dict[str, dict[str, Damage]]:
         "huge": _put(*PLACE, _huge),
         "negative variance": _put(VARIANCE, VARIANCE + 1, lambda rng: -rng.uniform(1e-6, 1e6)),
         "huge variance": _put(VARIANCE, VARIANCE + 1, lambda rng: rng.uniform(1.1e6, 1e300)),
+        "old": _shift(-1e3, -3.0),
+        "ahead": _shift(3.0, 1e3),
+        "again": _same,
     }
     return found
 

@@ -6,7 +6,7 @@ PROMISES = (
     Promise(
         "bad-measurements",
         "bad measurements never reach the state: not finite, huge, a place or a field of zero, a "
-        "negative or huge variance, gyro rows that are old or sent again, wheels and compass ahead",
+        "negative or huge variance; gyro and fixes old or sent again; wheels, compass, fixes ahead",
         "bad_measurements:bad_measurements_change_nothing",
         unit="rows a sense",
         short=1_000,

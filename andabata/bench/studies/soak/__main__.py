@@ -6,6 +6,7 @@ stored by ``python -m andabata.report.results_tables --keep``.
 """
 
 import argparse
+import signal
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -46,6 +47,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     for name, outcome in failures.items():
         sys.stderr.write(f"error: {name}: {outcome.failed} failures\n")
         sys.stderr.writelines(f"error: {name}: {text}\n" for text in outcome.failures)
+    if (now := commit()) != about["commit"]:
+        sys.stderr.write(
+            f"error: commit: expected {about['commit']} until the end, got {now}; files of a run "
+            "name their commit, run it again in a checkout that nobody changes\n"
+        )
+        return 1
     return 1 if failures else 0
 
 
@@ -106,4 +113,6 @@ def _without_out(argv: Sequence[str]) -> list[str]:
 
 
 if __name__ == "__main__":
+    # As Ctrl-C: the check that runs, in a session of its own, is ended, too.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(main())

@@ -56,3 +56,12 @@ def test_another_length_is_another_run(ran, tmp_path):
     with pytest.raises(ValueError, match="differs in minutes"):
         soak.main(["--minutes", "2", "--only", "kalman", "--out", str(tmp_path)])
     assert Journal(None, {}).entries == []
+
+
+def test_code_that_changes_while_it_runs_is_an_error(ran, monkeypatch, capsys):
+    """Its figures are of no commit."""
+    later = iter(("abc", "def"))
+    monkeypatch.setattr(soak, "_description", lambda argv: {"commit": "abc"})
+    monkeypatch.setattr(soak, "commit", lambda: next(later))
+    assert soak.main(["--only", "kalman"]) == 1
+    assert "error: commit: expected abc until the end, got def; " in capsys.readouterr().err

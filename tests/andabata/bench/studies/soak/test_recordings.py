@@ -49,7 +49,7 @@ def test_damage_that_nobody_reports_fails(tmp_path, monkeypatch):
     monkeypatch.setattr(recordings, "_SECONDS", 0.2)
     monkeypatch.setattr(recordings, "FORMATS", ("bag",))
     monkeypatch.setattr(recordings, "write_manifest", lambda path, about: None)
-    outcome = damaged_recordings_are_noticed(60, folder)
+    outcome = damaged_recordings_are_noticed(24, folder)
     assert outcome.failed > 0
     assert outcome.failures[0] == "bag: other messages, and no word of it"
     assert list((tmp_path / "inputs").iterdir())

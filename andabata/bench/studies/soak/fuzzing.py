@@ -17,6 +17,7 @@ from types import FunctionType
 from andabata.bench.studies.soak.archives import with_changed_entry
 from andabata.bench.studies.soak.outcome import Outcome, Tally, not_run
 from andabata.bench.studies.soak.readers import READERS, Reader, name_of_file
+from andabata.distribution import install_extra
 
 _LONGEST = 20
 """Time after which reading an input counts as hanging [s]."""
@@ -32,7 +33,7 @@ _UNCAUGHT = "Uncaught Python exception"
 
 _TRIES = re.compile(r"stat::number_of_executed_units:\s*(\d+)")
 
-NO_ATHERIS = "atheris is not installed (`pip install andabata[fuzz]`)"
+NO_ATHERIS = f"atheris is not installed (`{install_extra('fuzz')}`)"
 
 
 def fuzzed_readers_raise_named_errors(count: int, folder: Path) -> Outcome:

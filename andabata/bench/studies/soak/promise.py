@@ -23,6 +23,7 @@ class Promise(NamedTuple):
         full: Number of trials of the full version.
         limit: Limit of the figure in words.
         hours: Time after which the check is ended in the full version [h].
+        least: Number of trials below which the check could not fail.
     """
 
     name: str
@@ -33,12 +34,13 @@ class Promise(NamedTuple):
     full: int
     limit: str
     hours: float = 1.0
+    least: int = 1
 
     def count(self, minutes: float | None) -> int:
         """Return the number of trials for a time, None for the full version [minutes]."""
         if minutes is None:
             return self.full
-        return max(1, min(self.full, round(self.short * minutes / SHORT_MINUTES)))
+        return max(self.least, min(self.full, round(self.short * minutes / SHORT_MINUTES)))
 
     def time_limit(self, minutes: float | None) -> float:
         """Return the time after which the check is ended [s]: it hangs."""

@@ -12,6 +12,7 @@ def test_trials_follow_the_time():
     """Those of ten minutes are the short ones; none are more than all, or less than one."""
     counts = [LAW.count(minutes) for minutes in (None, 10.0, 5.0, 0.01, 1e6)]
     assert counts == [1000, 100, 50, 1, 1000]
+    assert LAW._replace(least=6).count(0.01) == 6
 
 
 def test_a_check_has_time_enough():

@@ -6,6 +6,7 @@ import pytest
 
 from andabata.bench.studies.soak import promise
 from andabata.bench.studies.soak.promises import PROMISES, promise_of
+from andabata.bench.studies.soak.worlds import floor_of
 
 
 def test_every_promise_has_a_check():
@@ -15,6 +16,12 @@ def test_every_promise_has_a_check():
         assert callable(getattr(import_module(f"{promise.__package__}.{module}"), function))
         assert 0 < each.short <= each.full
     assert len({each.name for each in PROMISES}) == len(PROMISES)
+
+
+def test_no_check_is_so_short_that_it_cannot_fail():
+    """One process is compared with none, and a few worlds have a floor of no goals."""
+    assert promise_of("same-bytes").count(0.01) >= 2
+    assert min(floor_of(promise_of("worlds").count(0.01))) > 0
 
 
 def test_a_promise_is_found_by_its_name():

@@ -49,6 +49,7 @@ TESTED_BY = {
     "andabata/exports/geojson": "tests/andabata/exports/test_track_file.py",
     "andabata/localization/sigma_points": "tests/andabata/localization/test_process_model.py",
     "andabata/localization/ukf_config": "tests/andabata/localization/test_ukf_localizer.py",
+    "andabata/machine/fault_signals": "tests/andabata/machine/test_fault_injector.py",
     "andabata/machine/planar/motion": "tests/andabata/machine/planar/test_vehicle.py",
     "andabata/navigation/planar/catalogue": "tests/andabata/navigation/planar/test_navigators.py",
     "andabata/records/containers/container": f"{CONTAINERS}test_rosbag1_file.py",

@@ -75,6 +75,7 @@ REDUCED = {
     "evaluate --task spn": "--pairs 2 --workers 1",
     "evaluate --task barn": "--set count=1 --workers 1",
     "evaluate --task td3": "--pairs 2 --workers 1",
+    "faults": "--trials 1 --workers 1 --senses gnss --kinds off --set terminations.time_limit=3",
     "lidar-study": "--pairs 2 --workers 1",
     "bench perception": "--points 2 --tuning 2 --sides 0",
     "bench": "--runs 1 --seconds 0 --only filter",

@@ -15,6 +15,7 @@ from andabata.localization.noisy_ground_truth import (
 )
 from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
 from andabata.machine.robot import RobotModel
+from andabata.machine.sensor_readings import ReadingsFilter, unfiltered
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
 from andabata.navigation.arrival import ArrivalConfig
@@ -95,6 +96,7 @@ def make_navigator(
     models: Models | None,
     steering: Steering | None,
     rng: np.random.Generator,
+    readings_filter: ReadingsFilter = unfiltered,
 ) -> NavigatorParts:
     """Put a navigator together.
 
@@ -103,6 +105,7 @@ def make_navigator(
         models: Classifiers; needed with the rotating laser.
         steering: Controller and planner; None for a learner that drives from outside.
         rng: Source of the errors of the true pose, with ``localizer = truth``.
+        readings_filter: Filter between the source of the readings and the navigator.
 
     Raises:
         ValueError: If classifiers or the filter's sensors are missing.
@@ -111,7 +114,9 @@ def make_navigator(
     has_planner = not isinstance(steering.planner, NoPlanner)
     localizer = make_localizer(config, rng)
     perception = make_perception(config, models, has_planner)
-    navigator = Navigator(config.robot, localizer, perception, steering, arrival=config.arrival)
+    navigator = Navigator(
+        config.robot, localizer, perception, steering, readings_filter, config.arrival
+    )
     navigator.geofence = config.geofence
     return NavigatorParts(navigator, localizer, perception)
 

@@ -32,15 +32,17 @@ class RayScene:
         optical_depths: NDArray[np.float32],
         max_range: float = np.inf,
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """Return the first hit of each ray, where porous objects stop rays at random.
+        """Return the first hit of each ray, where leaves of porous objects stop rays.
 
-        In a porous object the free path is exponential with rate ``hits_per_metre`` (Beer-Lambert
-        law). Porous objects may overlap, and a ray may begin inside of one.
+        In porous objects, seen from anywhere, the free path is exponential with rate
+        ``hits_per_metre`` (Beer-Lambert law); in one place the same leaves stop all rays, see
+        ``worlds.rays.objects``. Porous objects may overlap, and a ray may begin inside of one.
 
         Args:
             rays: Origin in the map [m] and unit direction of each ray, float32, shape (n, 6).
             optical_depths: Depth in porous objects at which each ray ends, float32, shape (n,):
-                standard exponential draws, or infinity to ignore porous objects.
+                standard exponential draws, 0 to end at the first face, or infinity to ignore
+                porous objects.
             max_range: Largest range [m]; a hit beyond it counts as none.
 
         Returns:

@@ -151,6 +151,7 @@ def _cast_rays(
                 hit = Hit(stop, np.int64(SemanticClass.SHORT_GRASS))
         if n_porous and np.isfinite(optical_depths[number]):
             hit = absorb(
+                ray,
                 hit,
                 optical_depths[number],
                 Crossings(enters[:n_porous], leaves[:n_porous], porous[:n_porous]),

@@ -5,7 +5,7 @@ import pytest
 
 from terrain.classes import SemanticClass
 from worlds.rays.geometry import NO_CLASS, Hit, Ray
-from worlds.rays.objects import RATES, Crossings, absorb, cross, misses_box
+from worlds.rays.objects import LEAF, RATES, Crossings, absorb, cross, misses_box
 
 # A cube from 1 to 3 along each axis: outward normals and their distances.
 CUBE = np.array(
@@ -13,7 +13,7 @@ CUBE = np.array(
 )
 BOX = np.array([[1.0, 1.0, 1.0, 3.0, 3.0, 3.0]])
 NOTHING = Hit(np.inf, NO_CLASS)
-BUSH, FOLIAGE = SemanticClass.BUSH, SemanticClass.FOLIAGE
+BUSH, FOLIAGE, GRASS = SemanticClass.BUSH, SemanticClass.FOLIAGE, SemanticClass.HIGH_GRASS
 
 
 def ray(origin, direction):
@@ -94,35 +94,82 @@ def crossings(*parts):
     return Crossings(np.array(enters, float), np.array(leaves, float), np.array(kinds, np.uint8))
 
 
-def test_a_ray_ends_where_its_depth_is_used_up():
-    """At the rate of the class from where it enters; with less on the way it goes on."""
-    one = crossings((2.0, 4.0, BUSH))
-    found = absorb(NOTHING, 0.5 * RATES[BUSH], one)
-    assert (found.range, found.kind) == (pytest.approx(2.5), BUSH)
-    assert absorb(NOTHING, 2.1 * RATES[BUSH], one) == NOTHING
-    wall = Hit(3.0, np.int64(SemanticClass.STONE))
-    assert absorb(wall, 1.1 * RATES[BUSH], one) == wall
+def fan(count=3000, x=0.0):
+    """Return rays along x that begin at places all over y and z."""
+    rng = np.random.default_rng(2)
+    return [ray((x, y, z), (1.0, 0.0, 0.0)) for y, z in rng.uniform(-40.0, 40.0, (count, 2))]
 
 
-def test_depth_is_used_up_from_object_to_object():
-    """Half of it in the first, the rest in the second, nothing in between."""
-    two = crossings((5.0, 6.0, BUSH), (1.0, 1.5, BUSH))
-    assert absorb(NOTHING, 0.7 * RATES[BUSH], two).range == pytest.approx(5.2)
+def through(parts, hit=NOTHING, x=0.0, depths=None):
+    """Return ranges and classes of many rays with random depths through crossings."""
+    rays = fan(x=x)
+    if depths is None:
+        depths = np.random.default_rng(3).standard_exponential(len(rays))
+    hits = [
+        absorb(one, hit, float(d), crossings(*parts)) for one, d in zip(rays, depths, strict=True)
+    ]
+    return np.array([each.range for each in hits]), np.array([each.kind for each in hits])
+
+
+@pytest.mark.parametrize("kind", [BUSH, FOLIAGE, SemanticClass.MEADOW, SemanticClass.HIGH_GRASS])
+def test_the_mean_free_path_is_that_of_the_class(kind):
+    """As many rays pass a path as at a constant rate, whatever the leaves' cells."""
+    length = 1.0 / RATES[kind]
+    ranges, kinds = through([(2.0, 2.0 + length, kind)])
+    assert np.isinf(ranges).mean() == pytest.approx(np.exp(-1.0), abs=0.05)
+    stopped = np.isfinite(ranges)
+    assert (kinds[stopped] == kind).all()
+    assert (kinds[~stopped] == NO_CLASS).all()
+    mean = length * (1.0 - 1.0 / (np.e - 1.0))
+    assert (ranges[stopped] - 2.0).mean() == pytest.approx(mean, rel=0.12)
+
+
+def test_what_is_nearer_is_hit_first():
+    """A stone within the bush stops all rays that leaves have not."""
+    wall = Hit(2.1, np.int64(SemanticClass.STONE))
+    ranges, kinds = through([(2.0, 4.0, BUSH)], wall)
+    assert ranges.max() == 2.1
+    assert (kinds == SemanticClass.STONE).mean() == pytest.approx(np.exp(-0.5), abs=0.05)
+
+
+def test_whoever_looks_twice_sees_the_same_leaves():
+    """Rays with other depths end in the same cells but for one in seven, which the wind lets by."""
+    part = [(2.0, 6.0, BUSH)]
+    rng = np.random.default_rng(4)
+    one, other = (through(part, depths=rng.standard_exponential(3000))[0] for _ in range(2))
+    assert (np.abs(one - other) < LEAF).mean() == pytest.approx(0.76, abs=0.06)
+    still = np.full(3000, 1e-9)
+    np.testing.assert_array_equal(through(part, depths=still)[0], through(part, depths=still)[0])
+
+
+def test_grass_stands_upright():
+    """Rays above each other end in the same column of grass, and in other cells of a bush."""
+    low, high = (ray((0.0, 0.3, z), (1.0, 0.0, 0.0)) for z in (0.1, 0.7))
+    ends = [
+        absorb(each, NOTHING, 1e-9, crossings((0.0, 90.0, GRASS))).range for each in (low, high)
+    ]
+    assert ends[0] == ends[1]
+    ends = [
+        absorb(each, NOTHING, 1e-9, crossings((0.0, 90.0, FOLIAGE))).range for each in (low, high)
+    ]
+    assert ends[0] != ends[1]
 
 
 def test_overlapping_objects_of_a_class_are_one_and_of_two_classes_add_up():
-    """The densest class is what was hit."""
-    same = crossings((1.0, 3.0, BUSH), (2.0, 4.0, BUSH))
-    assert absorb(NOTHING, 2.5 * RATES[BUSH], same).range == pytest.approx(3.5)
-    both = crossings((1.0, 3.0, FOLIAGE), (1.0, 3.0, BUSH))
-    found = absorb(NOTHING, RATES[BUSH] + RATES[FOLIAGE], both)
-    assert (found.range, found.kind) == (pytest.approx(2.0), BUSH)
-    behind = crossings((1.0, 3.0, FOLIAGE), (1.0, 1.5, BUSH))
-    found = absorb(NOTHING, 0.5 * RATES[BUSH] + RATES[FOLIAGE], behind)
-    assert (found.range, found.kind) == (pytest.approx(2.0), FOLIAGE)
+    """The densest class is what was hit, where it is."""
+    same, _ = through([(1.0, 1.2, BUSH), (1.0, 1.2, BUSH)])
+    assert np.isinf(same).mean() == pytest.approx(np.exp(-1.0), abs=0.05)
+    both, kinds = through([(1.0, 1.2, FOLIAGE), (1.0, 1.2, BUSH)])
+    passed = np.exp(-0.2 * (RATES[BUSH] + RATES[FOLIAGE]))
+    assert np.isinf(both).mean() == pytest.approx(passed, abs=0.05)
+    assert set(kinds[np.isfinite(both)]) == {BUSH}
+    behind, kinds = through([(1.0, 3.0, FOLIAGE), (1.0, 1.2, BUSH)])
+    assert set(kinds[behind < 1.2 - 1e-9]) == {BUSH}
+    assert set(kinds[behind > 1.2]) == {FOLIAGE, NO_CLASS}
 
 
 def test_a_ray_that_begins_inside_is_stopped_from_its_begin():
-    """What lies behind the origin does not count."""
-    found = absorb(NOTHING, 0.5 * RATES[BUSH], crossings((-3.0, 2.0, BUSH)))
-    assert found.range == pytest.approx(0.5)
+    """What lies behind the origin does not count; without any depth it ends at the first face."""
+    ranges, _ = through([(-3.0, 0.2, BUSH)])
+    assert np.isinf(ranges).mean() == pytest.approx(np.exp(-1.0), abs=0.05)
+    assert absorb(fan(1)[0], NOTHING, 0.0, crossings((2.0, 3.0, BUSH))) == (2.0, BUSH)

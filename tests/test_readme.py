@@ -94,7 +94,7 @@ MAKE = {
     "bench": "takes half an hour; the options of its commands are checked here",
     "docs": "installs packages; tests/test_documents.py builds the site where they are",
     "gallery": "takes ten minutes; tests/andabata/bench/test_gallery.py checks its commands",
-    "soak": "takes ten minutes; tests/andabata/bench/studies/test_soak.py tests its parts",
+    "soak": "takes hours; tests/andabata/bench/studies/soak tests its parts",
 }
 NEEDS_SHELL = re.compile(r"[|&;<>$`]|--view")
 """Syntax of a shell, and a page whose server ends with its process."""

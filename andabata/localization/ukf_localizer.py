@@ -5,7 +5,7 @@ The parts: ``filter_period`` (predictions by ``process_model`` and corrections b
 ``replay_buffer`` (late fixes), ``sensor_monitor`` (warnings and health).
 """
 
-from collections import Counter
+from collections import Counter, deque
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +92,9 @@ _RESTART_SIGMA = 10.0
 
 _RESTART_YAW_SIGMA = 0.5
 """Standard deviation that is added to the heading after a restart [rad]."""
+
+_KEPT_STAMPS = 100
+"""Number of latest fixes whose stamps are remembered: those of ten seconds at ten a second."""
 
 _SUPERVISED = {"wheels": WHEELS, "compass": COMPASS, "gnss": GNSS}
 """Row of counts of each sensor whose rows the filter accepts or not."""
@@ -184,6 +187,8 @@ class UkfLocalizer:
         self._now = stamp
         self._buffer.clear()
         self._ahead: Measurements | None = None  # Rows that wait for the next period.
+        self._refused = 0  # Fixes that the filter never saw, whatever it runs again.
+        self._fix_stamps: deque[float] = deque(maxlen=_KEPT_STAMPS)
         self._alignment = HeadingAlignment()
         self._monitor = SensorMonitor(self._config, stamp)
         self._plausibility.reset(stamp)
@@ -240,11 +245,32 @@ class UkfLocalizer:
         believed = self._repetition.believed(given)
         self._plausibility.unused["gnss"][_REPEATED] += len(given) - len(believed)
         fixes, rejected = self._converter.to_map(believed, self._x[Z])
-        self._counts[GNSS, REJECTED] += rejected
+        self._refused += rejected
+        fixes = self._timely(fixes, readings.stamp)
         fixes = remove_lever_arm(fixes, self.pose.quaternion, readings.antenna)
         if len(fixes):
             self._split_errors(fixes)
         return fixes
+
+    def _timely(self, fixes: NDArray[np.float64], stamp: float) -> NDArray[np.float64]:
+        """Return the fixes of new instants that the filter can still or already take in.
+
+        Others are counted here: even the error of the receiver must not follow from them. A fix
+        that is sent again, as by drivers that repeat the last one, would count twice.
+
+        Args:
+            fixes: Rows of ``Measurements.gnss``.
+            stamp: End of the period [s].
+        """
+        timely = np.zeros(len(fixes), dtype=np.bool_)
+        for k, time in enumerate(fixes[:, 0].tolist()):
+            is_late = time < self._now - STAMP_TOLERANCE
+            lost = time > stamp + self._config.max_lead or time in self._fix_stamps
+            timely[k] = not (lost or (is_late and not self._buffer.reaches(time)))
+            if timely[k]:
+                self._fix_stamps.append(time)
+        self._refused += len(fixes) - int(timely.sum())
+        return fixes[timely]
 
     def _split_errors(self, fixes: NDArray[np.float64]) -> None:
         """Leave each fix its white noise alone, in place: its slow error is a state.
@@ -453,6 +479,11 @@ class UkfLocalizer:
         return self._P[np.ix_([X, Y, YAW], [X, Y, YAW])]
 
     @property
+    def belief(self) -> Belief:
+        """Copies of all states, their covariance and the table of counts."""
+        return Belief(self._x.copy(), self._P.copy(), self._all_counts())
+
+    @property
     def counts(self) -> dict[str, tuple[int, int, int]]:
         """Numbers of accepted, gated and rejected measurements, by sensor.
 
@@ -464,8 +495,14 @@ class UkfLocalizer:
                 row[GATED] + row[DISTURBED],
                 row[REJECTED] + self._plausibility.unused[name].total(),
             )
-            for name, row in zip(SENSORS, self._counts.tolist(), strict=True)
+            for name, row in zip(SENSORS, self._all_counts().tolist(), strict=True)
         }
+
+    def _all_counts(self) -> NDArray[np.int64]:
+        """Return the table of counts with the fixes that were refused before the filter."""
+        counts = self._counts.copy()
+        counts[GNSS, REJECTED] += self._refused
+        return counts
 
     @property
     def rejected_fixes(self) -> Counter[str]:
@@ -511,7 +548,7 @@ class UkfLocalizer:
     def _unused(self) -> dict[str, dict[str, int]]:
         """Return the numbers of readings that were not used, by sensor and reason."""
         unused = {}
-        for name, row in zip(SENSORS, self._counts.tolist(), strict=True):
+        for name, row in zip(SENSORS, self._all_counts().tolist(), strict=True):
             invalid = Counter({_INVALID: row[REJECTED]})
             if name == SENSORS[GNSS]:  # Those that the filter never saw have a reason of their own.
                 reasons = self._converter.rejected

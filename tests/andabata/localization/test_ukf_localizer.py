@@ -105,6 +105,27 @@ def test_late_fixes_are_as_good_as_punctual_ones(drive):
     np.testing.assert_allclose(late[-5, :2], punctual[-5, :2], atol=0.15)
 
 
+def test_a_fix_that_is_sent_again_counts_once(drive):
+    """Punctual or late, and one that is too old or too far ahead does not change a bit either."""
+
+    def with_bad(readings):
+        if readings.gnss is None or not len(readings.gnss) or readings.stamp < 5.0:
+            return readings
+        old, ahead = readings.gnss[-1:].copy(), readings.gnss[-1:].copy()
+        old[:, 0] -= 10.0
+        ahead[:, 0] += 10.0
+        again = np.concatenate([readings.gnss, readings.gnss, old, ahead])
+        return replace(readings, gnss=again)
+
+    once, _ = run(drive, seconds=30.0)
+    again, _ = run(drive, with_bad, seconds=30.0)
+    assert again.belief.x.tobytes() == once.belief.x.tobytes()
+    assert again.belief.P.tobytes() == once.belief.P.tobytes()
+    (accepted, gated, _), (same, also, rejected) = once.counts["gnss"], again.counts["gnss"]
+    assert (same, also) == (accepted, gated)
+    assert rejected == 3 * sum(len(r.gnss) > 0 for r in drive if 5.0 <= r.stamp <= 30.0) > 60
+
+
 def test_a_late_fix_gives_the_very_estimate_of_a_punctual_one(drive):
     """A fix that arrives 0.7 s late acts at its own time: the state is the same, bit for bit."""
     fix = fix_at(drive, 203).gnss

@@ -75,6 +75,7 @@ REDUCED = {
     "evaluate --task spn": "--pairs 2 --workers 1",
     "evaluate --task barn": "--set count=1 --workers 1",
     "evaluate --task td3": "--pairs 2 --workers 1",
+    "faults": "--trials 1 --workers 1 --senses gnss --kinds off --set terminations.time_limit=3",
     "lidar-study": "--pairs 2 --workers 1",
     "bench perception": "--points 2 --tuning 2 --sides 0",
     "bench": "--runs 1 --seconds 0 --only filter",
@@ -93,7 +94,7 @@ MAKE = {
     "bench": "takes half an hour; the options of its commands are checked here",
     "docs": "installs packages; tests/test_documents.py builds the site where they are",
     "gallery": "takes ten minutes; tests/andabata/bench/test_gallery.py checks its commands",
-    "soak": "takes ten minutes; tests/andabata/bench/studies/test_soak.py tests its parts",
+    "soak": "takes hours; tests/andabata/bench/studies/soak tests its parts",
 }
 NEEDS_SHELL = re.compile(r"[|&;<>$`]|--view")
 """Syntax of a shell, and a page whose server ends with its process."""

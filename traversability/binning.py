@@ -18,7 +18,7 @@ COUNT, X, Y, Z, XX, YY, ZZ, XY, XZ, YZ, LOWEST, HIGHEST, NEAREST, FURTHEST = ran
 and highest z [m], nearest and furthest squared distance [m2]."""
 
 _N_BINS = 4096
-"""Bins of squared distance and of pseudo angle in the tables."""
+"""Bins of pseudo angle in the tables, and least number of bins of squared distance."""
 
 _NO_QUARTER = np.int32(-1)
 """Quarter of a point that belongs to none."""
@@ -45,7 +45,7 @@ class PolarTables(NamedTuple):
     Attributes:
         squares: Squared edges of the half rings [m2], shape (2 n_rings + 1,).
         rings: Half ring at the begin of each bin of squared distance; at most one edge cuts a bin.
-            int16, shape (4097,).
+            int16, shape (b + 1,), b at least 4096.
         ring_scale: Bins per unit of squared distance [1/m2].
         cosines: Cosines of the bearings of the half sectors' edges, shape (2 n_sectors + 1,).
         sines: Sines of the same bearings, shape (2 n_sectors + 1,).
@@ -72,9 +72,11 @@ def polar_tables(grid: PolarGrid) -> PolarTables:
     halves = np.empty(2 * grid.n_rings + 1)
     halves[::2], halves[1::2] = edges, np.sqrt(edges[:-1] * edges[1:])
     squares = halves * halves
-    scale = _N_BINS / squares[-1]
+    # Rings grow outwards: the inmost of many, or of far-reaching ones, is narrower than most bins.
+    bins = max(_N_BINS, int(np.ceil(squares[-1] / np.diff(squares).min())) + 1)
+    scale = bins / squares[-1]
     # A bin begins a little early, so that rounding in the kernel cannot put a point before it.
-    begins = np.arange(_N_BINS + 1) / scale * (1 - 1e-12)
+    begins = np.arange(bins + 1) / scale * (1 - 1e-12)
     rings = np.maximum(np.searchsorted(squares, begins, side="right") - 1, 0)
     n = 2 * grid.n_sectors
     angles = -np.pi + np.arange(n + 1) * 2 * np.pi / n

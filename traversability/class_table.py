@@ -171,27 +171,28 @@ def load_class_table(name: str) -> ClassTable:
     """
     known = class_table_names()
     if name in known:
-        text = files("traversability").joinpath("class_tables", f"{name}.toml").read_text()
+        data = files("traversability").joinpath("class_tables", f"{name}.toml").read_bytes()
     elif Path(name).is_file():
-        text = Path(name).read_text()
+        data = Path(name).read_bytes()
     else:
         raise ClassTableError(
             f"labels: expected {', '.join(known)} or a TOML file of classes, got {name!r}"
         )
-    return _table(Path(name).name, text)
+    return _table(Path(name).name, data)
 
 
-def _table(name: str, text: str) -> ClassTable:
-    """Return the table of a file's text.
+def _table(name: str, data: bytes) -> ClassTable:
+    """Return the table of a file's bytes.
 
     Raises:
         ClassTableError: If it is none.
     """
     try:
-        content: dict[str, Any] = tomllib.loads(text)
-        parsed = _File.model_validate(content)
-    except tomllib.TOMLDecodeError as error:
+        content: dict[str, Any] = tomllib.loads(data.decode())
+    except (ValueError, RecursionError) as error:  # Also numbers of 5,000 digits, and depth.
         raise ClassTableError(f"{name}: expected TOML, got {error}") from error
+    try:
+        parsed = _File.model_validate(content)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(map(str, first["loc"]))

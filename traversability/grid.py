@@ -7,6 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+MAX_RING_BINS = 2**20
+"""Largest number of bins in which squared distances are looked up: half a ring takes one."""
+
 
 class PolarGrid(BaseModel):
     """Cells of the local grid, in the horizontal plane of ``base_footprint``.
@@ -42,11 +45,18 @@ class PolarGrid(BaseModel):
 
     @model_validator(mode="after")
     def _check_radii(self) -> "PolarGrid":
-        """Check that the first ring edge is smaller than the last one."""
+        """Check that the first ring edge is smaller than the last one, and no ring too narrow."""
         if not self.inner_radius < self.outer_radius:
             raise ValueError(
                 f"inner_radius: expected less than outer_radius ({self.outer_radius} m), "
                 f"got {self.inner_radius} m"
+            )
+        step = (self.outer_radius / self.inner_radius) ** (1 / self.n_rings)
+        if self.inner_radius**2 * (step - 1) < self.outer_radius**2 / MAX_RING_BINS:
+            raise ValueError(
+                f"inner_radius: expected a first ring that can be told from the next, got one from "
+                f"{self.inner_radius} to {self.inner_radius * step:.3g} m of {self.n_rings} rings "
+                f"to {self.outer_radius} m; take a larger one, or fewer rings"
             )
         return self
 

@@ -49,7 +49,9 @@ class VirtualScan:
         """
         if self.log_odds is not None:
             return self.log_odds
-        near, far = grid.ring_edges[:-1], grid.ring_edges[1:]
+        # As ranges are: the float64 of an edge may lie beyond its float32, in the next ring.
+        edges = grid.ring_edges.astype(np.float32)
+        near, far = edges[:-1], edges[1:]
         ranges = self.ranges[:, None]
         blocked = (ranges >= near) & (ranges < far)
         blocked[:, 0] |= self.ranges < near[0]

@@ -38,6 +38,11 @@ _SHAPES = {
 """Type and number of dimensions of each array."""
 
 
+_MAX_EDGE, _FARTHEST = 1000.0, 10_000.0
+"""Longest edge of the ground, and farthest coordinate of an object [m]: larger ones of a damaged
+file would take all memory, or hours."""
+
+
 class WorldFileError(ValueError):
     """A file that is no world; the text names the file."""
 
@@ -157,6 +162,8 @@ def _world(header: _Header, arrays: dict[str, NDArray[np.generic]]) -> World:
         if array is None or array.dtype != kind or array.ndim != dimensions:
             raise ValueError(f"{name}: expected {np.dtype(kind)} of {dimensions} dimensions")
     ground = Heightfield(arrays["heights"].astype(np.float32), header.cell)
+    if not max(ground.width, ground.depth) <= _MAX_EDGE:
+        raise ValueError(f"heights: expected an edge of at most {_MAX_EDGE:.0f} m, got more")
     surface = arrays["surface"].astype(np.uint8)
     if surface.shape != tuple(edge - 1 for edge in ground.heights.shape):
         raise ValueError(f"surface: expected one value a cell, got shape {surface.shape}")
@@ -237,8 +244,8 @@ def _objects(arrays: dict[str, NDArray[np.generic]]) -> list[SceneObject]:
         if t0 == t1 or triangles[t0:t1].max() >= v1 - v0:
             raise ValueError("triangles: expected indices of the object's own vertices")
         objects.append(SceneObject(kind, vertices[v0:v1], triangles[t0:t1]))
-    if not np.isfinite(vertices).all():
-        raise ValueError("vertices: expected finite values")
+    if not (np.abs(vertices) <= _FARTHEST).all():
+        raise ValueError(f"vertices: expected values within {_FARTHEST:.0f} m, got others")
     return objects
 
 

@@ -18,6 +18,7 @@ from andabata.app.verbs import (
     doctor,
     drive,
     evaluate,
+    faults,
     lidar_study,
     policy,
     report,
@@ -44,6 +45,7 @@ FLOW = (
     "drive",
     "view",
     "evaluate",
+    "faults",
     "lidar-study",
     "bag",
     "ros",
@@ -91,6 +93,7 @@ app.add_typer(policy.app, name="policy")
 app.command()(drive.drive)
 app.command()(view.view)
 app.command()(evaluate.evaluate)
+app.command()(faults.faults)
 app.command("lidar-study")(lidar_study.lidar_study)
 app.add_typer(bag.app, name="bag")
 app.add_typer(ros.app, name="ros")

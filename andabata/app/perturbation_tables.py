@@ -1,4 +1,4 @@
-"""Tables of an evaluation off-road for people: worlds, pairs, what each disturbance costs."""
+"""Tables of an evaluation off-road for people: worlds, pairs, costs of disturbances and faults."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Group
 
 from andabata.app.console import table_of
+from andabata.app.fault_tables import fault_tables, points
 from andabata.app.tables import evaluation_tables
 
 if TYPE_CHECKING:
@@ -15,17 +16,19 @@ Data = Mapping[str, Any]
 
 
 def offroad_tables(data: Data) -> Group:
-    """Return a table for each world, one of the pairs, and one of the disturbances.
+    """Return a table for each world, one of the pairs, and those of disturbances and faults.
 
     The first have the undisturbed controllers alone; ``--json`` has the rows of all.
     """
+    faults: Sequence[Data] = data.get("faults", ())
     compared: Sequence[Data] = data.get("perturbations", ())
     pairs: Sequence[Data] = data.get("differences", ())
-    names = list(dict.fromkeys(row["controller"] for row in compared))
+    names = list(dict.fromkeys(row["controller"] for row in (*compared, *faults)))
     rows = [row for row in data["rows"] if not names or row["controller"] in names]
     tables = [_pairs_table(pairs)] if pairs else []
-    tables += [_table([row for row in compared if row["controller"] == name]) for name in names]
-    return Group(evaluation_tables({**data, "rows": rows}), *tables)
+    disturbed = dict.fromkeys(row["controller"] for row in compared)
+    tables += [_table([row for row in compared if row["controller"] == name]) for name in disturbed]
+    return Group(evaluation_tables({**data, "rows": rows}), *tables, fault_tables(faults))
 
 
 def _pairs_table(rows: Sequence[Data]) -> "Table":
@@ -70,7 +73,7 @@ def _table(rows: Sequence[Data]) -> "Table":
         {
             "disturbance": f"{row['disturbance']}={row['strength']:g}",
             "reached": f"{row['successes']}/{row['trials']}",
-            "difference": _points(row),
+            "difference": points(row),
             "worse": row["mcnemar_lost"],
             "better": row["mcnemar_gained"],
             "p": f"{row['mcnemar_p']:.2g}",
@@ -80,9 +83,3 @@ def _table(rows: Sequence[Data]) -> "Table":
     first = rows[0]
     undisturbed = f"{first['undisturbed']}/{first['trials']} without any"
     return table_of(shown, f"{first['controller']}, each disturbance alone; {undisturbed}")
-
-
-def _points(row: Data) -> str:
-    """Return a difference of shares with its interval, in points."""
-    mean, low, high = (100 * row[f"difference{end}"] for end in ("", "_low", "_high"))
-    return f"{mean:+.0f} ({low:+.0f} to {high:+.0f})"

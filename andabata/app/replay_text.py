@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from andabata.app.fault_tables import fault_text
 from andabata.app.options.datum import datum_notes
 from andabata.app.options.mountings import mountings_in_words
 from andabata.replay.result import summary_text
@@ -22,7 +23,8 @@ def replay_notes(data: Data) -> list[str]:
 
 def replay_text(data: Data) -> str:
     """Return the result of a replay and the mountings of its sensors as text."""
-    return f"{summary_text(dict(data))}\n{mountings_in_words(data['frames'])}"
+    faults = [fault_text(data["faults"])] if data.get("faults") else []
+    return "\n".join([summary_text(dict(data)), mountings_in_words(data["frames"]), *faults])
 
 
 def navigation_text(data: Data) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Group
 
 from andabata.app.console import table_of
+from andabata.app.fault_tables import fault_text
 from andabata.evaluation.offroad_table import success_text
 from andabata.report.columns import heading
 
@@ -47,6 +48,7 @@ def drive_text(title: str, data: Data) -> str:
         for attempt in data["attempts"]
     ]
     lines += _estimate_lines(data.get("estimate"))
+    lines += [fault_text(data["faults"])] if data.get("faults") else []
     lines += [f"{name}: {data[name]}" for name in ("picture", "record", "clip") if name in data]
     return "\n".join(lines)
 

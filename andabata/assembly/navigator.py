@@ -15,11 +15,13 @@ from andabata.localization.noisy_ground_truth import (
 )
 from andabata.localization.ukf_localizer import UkfConfig, UkfLocalizer
 from andabata.machine.robot import RobotModel
+from andabata.machine.sensor_readings import ReadingsFilter, unfiltered
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
 from andabata.navigation.arrival import ArrivalConfig
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.navigation.controller import NoPlanner, Steering
+from andabata.navigation.laser_monitor import LaserMonitorConfig
 from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import CloudPerception, HorizontalPerception, Perception
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
@@ -44,6 +46,7 @@ class NavigatorConfig(BaseModel):
         local_planner: Settings of the local planner.
         rollouts: Settings of its rollouts.
         arrival: Rules by which the robot declares a goal reached.
+        laser_monitor: Silence of the laser from which the robot stands still.
         geofence: Rectangle that the robot must not leave, ``x_min, y_min, x_max, y_max`` in the map
             [m], as an operator gives it; None for none. A simulated robot is not told where its
             world ends.
@@ -61,6 +64,7 @@ class NavigatorConfig(BaseModel):
     local_planner: LocalPlannerConfig = Field(default_factory=LocalPlannerConfig)
     rollouts: TrajectoryRolloutsConfig = Field(default_factory=TrajectoryRolloutsConfig)
     arrival: ArrivalConfig = Field(default_factory=ArrivalConfig)
+    laser_monitor: LaserMonitorConfig = Field(default_factory=LaserMonitorConfig)
     geofence: Geofence | None = None
 
     @model_validator(mode="after")
@@ -95,6 +99,7 @@ def make_navigator(
     models: Models | None,
     steering: Steering | None,
     rng: np.random.Generator,
+    readings_filter: ReadingsFilter = unfiltered,
 ) -> NavigatorParts:
     """Put a navigator together.
 
@@ -103,6 +108,7 @@ def make_navigator(
         models: Classifiers; needed with the rotating laser.
         steering: Controller and planner; None for a learner that drives from outside.
         rng: Source of the errors of the true pose, with ``localizer = truth``.
+        readings_filter: Filter between the source of the readings and the navigator.
 
     Raises:
         ValueError: If classifiers or the filter's sensors are missing.
@@ -111,7 +117,15 @@ def make_navigator(
     has_planner = not isinstance(steering.planner, NoPlanner)
     localizer = make_localizer(config, rng)
     perception = make_perception(config, models, has_planner)
-    navigator = Navigator(config.robot, localizer, perception, steering, arrival=config.arrival)
+    navigator = Navigator(
+        config.robot,
+        localizer,
+        perception,
+        steering,
+        readings_filter,
+        config.arrival,
+        config.laser_monitor,
+    )
     navigator.geofence = config.geofence
     return NavigatorParts(navigator, localizer, perception)
 

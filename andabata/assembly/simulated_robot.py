@@ -6,6 +6,8 @@ from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from andabata.assembly.navigator import NavigatorConfig, make_navigator
+from andabata.machine.fault_injector import FaultInjector
+from andabata.machine.faults import FaultSetting
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose
 from andabata.machine.reality import Reality
@@ -27,10 +29,14 @@ class SimulatedRobotConfig(NavigatorConfig):
         plant: Name of the plant: ``bullet``, that of all published results; ``wheels``, close to it
             and fast, for development; or ``kinematic``, for training.
         reality: Differences between the simulated robot and the one that the navigator believes.
+        faults: Faults of the senses in each drive, such as ``gnss:stuck@20``; see
+            ``andabata.machine.faults``. In a replay they are added to what was recorded; a live
+            navigator has none.
     """
 
     plant: Plant = "bullet"
     reality: Reality = Field(default_factory=Reality)
+    faults: tuple[FaultSetting, ...] = ()
 
 
 class SimulatedRobot:
@@ -75,7 +81,8 @@ class SimulatedRobot:
             scene.world, scene.rays, config.robot, config.plant, config.sensing, self._rng, reach
         )
         self._errors = np.random.default_rng(0)
-        parts = make_navigator(config, models, steering, self._errors)
+        self._injector = FaultInjector(config.faults, np.random.default_rng(0))
+        parts = make_navigator(config, models, steering, self._errors, self._injector)
         self.navigator, self.localizer, self.perception = parts
 
     def place(
@@ -88,6 +95,8 @@ class SimulatedRobot:
         constants = self.config.reality.draw(drive.spawn(1)[0])
         readings = self.simulator.reset(start, constants)
         reseed(self._errors, self._rng)
+        # From another stream of its own: up to a fault's onset a drive is that without it.
+        self._injector.reset(drive.spawn(1)[0])
         if readings.truth is None:
             raise ValueError("truth: expected the simulator's true state, got none")
         self.navigator.reset(self._believed(readings.truth.pose), readings.stamp)

@@ -15,9 +15,10 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.drive_trace import DriveTrace
 from andabata.evaluation.estimate_error import EstimateError
-from andabata.evaluation.trial import OffroadAttempt, Operator, run_trial, strict_row
+from andabata.evaluation.trial import HARMS, OffroadAttempt, Operator, run_trial, strict_row
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
+from andabata.navigation.fault_watch import FaultWatch, response_as_dict
 from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
 from andabata.records.bag_writers import MessageWriter, open_writer
@@ -51,6 +52,8 @@ class Driven:
             shape (k, m, 5); m is 0 without any.
         trace: Motion and error of the pose over time, see ``DriveTrace``, or None.
         estimate: Error of the robot's own estimate, see ``EstimateError``, or None.
+        faults: Faults of the robot's senses and its response to them, see ``response_as_dict``, or
+            None.
     """
 
     world: World
@@ -61,6 +64,7 @@ class Driven:
     walkers: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 5)))
     trace: dict[str, Any] | None = None
     estimate: dict[str, Any] | None = None
+    faults: dict[str, Any] | None = None
 
     @property
     def path(self) -> NDArray[np.float64]:
@@ -106,6 +110,7 @@ class Driven:
             "walkers": self._walkers(),
             "trace": self.trace,
             "estimate": self.estimate,
+            "faults": self.faults,
         }
 
     def _walkers(self) -> list[dict[str, Any]]:
@@ -206,7 +211,8 @@ def drive_once(
     cloud = robot.last_cloud()
     robot.close()
     walkers, trace, estimate = watcher.walkers, watcher.trace.as_dict(), watcher.error.as_dict()
-    return Driven(scene.world, task, controller, attempts, cloud, walkers, trace, estimate)
+    faults = watcher.fault_response(attempts[-1].outcome in HARMS)
+    return Driven(scene.world, task, controller, attempts, cloud, walkers, trace, estimate, faults)
 
 
 def _task(world: World, goals: Sequence[tuple[float, float]]) -> Task:
@@ -282,6 +288,11 @@ class _DriveWatcher:
         self.trace = DriveTrace(simulated_robot.localizer)
         self.error = EstimateError(simulated_robot.localizer)
         simulated_robot.navigator.spectators.append(self._on_decision)
+        self._faults = simulated_robot.config.faults
+        self._watch = FaultWatch.of(
+            self._faults, simulated_robot.localizer, simulated_robot.config.robot
+        )
+        self._end = 0.0
         self._rows = [] if walkers is None else [walkers.track.now]
         self._on_second = on_second
 
@@ -294,9 +305,22 @@ class _DriveWatcher:
         """Compare the estimate with the truth of the readings that it is made of."""
         self.trace.add(result.readings)
         self.error.add(result.readings)
+        if self._faults:
+            self._watch(result)
+
+    def fault_response(self, has_contact: bool) -> dict[str, Any] | None:
+        """Return the faults and the response to them, ready for JSON; None without faults.
+
+        Args:
+            has_contact: True if the drive has ended with a contact or a tip-over.
+        """
+        if not self._faults:
+            return None
+        return response_as_dict(self._faults, self._watch.response(has_contact, self._end))
 
     def on_step(self, readings: SensorReadings) -> None:
         """Take in the readings of a control step, which the navigator has not seen yet."""
+        self._end = readings.stamp
         # Control steps are tenths of a second, whose sums are not exact.
         if round(readings.stamp * 10) % 10:
             return

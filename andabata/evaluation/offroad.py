@@ -12,15 +12,18 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.attempt import CONTACTS, Attempt
 from andabata.evaluation.comparison import Attempts, DrivenCell
+from andabata.evaluation.faulty_trial import watch_arm, with_response
 from andabata.evaluation.judging import JUDGED_FORM, checked_seed, refuse_other_form
 from andabata.evaluation.perturbation import Arm, arms, with_disturbance
 from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.strict_verdict import StrictMeasures
 from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures, strict_row
 from andabata.evaluation.trial_monitor import arrival_tolerance
+from andabata.machine.faults import FaultSetting
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
+from andabata.navigation.fault_watch import FaultResponse
 from andabata.runs.folder import commit
 from andabata.runs.journal import Entry
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
@@ -54,6 +57,8 @@ class EvaluationConfig(BaseModel):
         simulated_robot: Robot; published results are those of the bullet plant.
         perturb: Disturbances, each of which is driven alone beside the robot as it is: strengths by
             their names in ``simulated_robot.reality``.
+        faults: Faults of senses, each of which is driven alone beside the robot as it is; see
+            ``andabata.machine.faults``.
         terminations: Rules of each drive.
     """
 
@@ -68,16 +73,20 @@ class EvaluationConfig(BaseModel):
     release: str | None = None
     simulated_robot: SimulatedRobotConfig = Field(default_factory=SimulatedRobotConfig)
     perturb: dict[str, float] = Field(default_factory=dict)
+    faults: tuple[FaultSetting, ...] = ()
     terminations: TerminationConfig = Field(default_factory=TerminationConfig)
 
     @model_validator(mode="after")
     def _check_disturbances(self) -> Self:
-        """Refuse disturbances that there are not, and strengths out of bounds."""
+        """Refuse disturbances that there are not, strengths out of bounds, and faults twice."""
         for name, strength in self.perturb.items():
             try:
                 with_disturbance(self.simulated_robot.reality, name, strength)
             except ValueError as error:
                 raise ValueError(f"perturb.{error}") from error
+        if len(set(self.faults)) < len(self.faults):
+            twice = next(each for each in self.faults if self.faults.count(each) > 1)
+            raise ValueError(f"faults: expected each fault once, got {twice} twice; leave one out")
         return self
 
     @model_validator(mode="after")
@@ -92,8 +101,8 @@ class EvaluationConfig(BaseModel):
 
     @property
     def arms(self) -> tuple[Arm, ...]:
-        """What drives in each trial: controllers, and with each disturbance alone."""
-        return arms(self.controllers, self.simulated_robot, self.perturb)
+        """What drives in each trial: controllers, and with each disturbance or fault alone."""
+        return arms(self.controllers, self.simulated_robot, self.perturb, self.faults)
 
     @property
     def tolerance(self) -> float:
@@ -251,6 +260,7 @@ def _drive(
     robot = driven_robot(arm.controller, arm.robot)
     steering = make_steering(arm.controller, scene.world, robot, models, noise)
     simulated_robot = SimulatedRobot(scene, robot, models, steering)
+    watch = watch_arm(arm, simulated_robot, config.faults)
     walkers: list[NDArray[np.float64]] = []
     attempts = run_trial(
         simulated_robot,
@@ -262,6 +272,8 @@ def _drive(
         repetition=trial,
         tolerance=config.tolerance,
     )
+    if watch is not None:
+        attempts = with_response(attempts, watch, simulated_robot.simulator.vehicle.state.stamp)
     if on_failure is not None and not attempts[-1].is_success:
         failure = _failure(scene.world, attempts[-1], simulated_robot, walkers)
         if failure is not None:
@@ -320,6 +332,7 @@ def attempt_row(attempt: OffroadAttempt) -> Entry:
         "arrival_error_m": measures.arrival_error,
         "position_error_m": measures.position_error,
         **strict_row(attempt),
+        **({} if measures.response is None else {"fault_response": measures.response.as_dict()}),
         "end_xy": list(measures.end),
         "goal_xy": list(measures.goal_place),
         "path": np.round(attempt.path[::_PATH_STRIDE, :2], 2).tolist(),
@@ -350,6 +363,7 @@ def attempt_of(row: Mapping[str, Any]) -> OffroadAttempt:
         arrival_error=row.get("arrival_error_m"),
         position_error=row.get("position_error_m"),
         strict=_strict_of(row),
+        response=FaultResponse.of(row.get("fault_response")),
     )
     return Attempt(
         contender=row["controller"],

@@ -1,4 +1,7 @@
-"""What a disturbance costs: controllers drive the same with it alone and without it, in pairs."""
+"""What a disturbance costs: controllers drive the same with it alone and without it, in pairs.
+
+Faults of senses are driven likewise; ``andabata.evaluation.fault_table`` has their table.
+"""
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,28 +21,38 @@ from andabata.evaluation.table import (
     share_difference,
 )
 from andabata.evaluation.trial import OffroadAttempt
+from andabata.machine.faults import Fault
 from andabata.machine.reality import Reality
 
 
 @dataclass(frozen=True)
 class Arm:
-    """A controller in a robot that has one disturbance, or none beside its own.
+    """A controller in a robot that has one disturbance or fault, or none beside its own.
 
     Attributes:
         controller: Name of the controller.
         robot: Robot that it drives.
         disturbance: Name of the disturbance, a field of ``Reality``; empty for none.
         strength: Its strength; NaN for none.
+        fault: Fault of a sense, or None.
     """
 
     controller: str
     robot: SimulatedRobotConfig
     disturbance: str = ""
     strength: float = float("nan")
+    fault: Fault | None = None
+
+    @property
+    def is_base(self) -> bool:
+        """True if the robot has neither a disturbance nor a fault beside its own."""
+        return not self.disturbance and self.fault is None
 
     @property
     def name(self) -> str:
-        """Name of the contender: that of the controller, and the disturbance behind it."""
+        """Name of the contender: that of the controller, and the disturbance or fault behind it."""
+        if self.fault is not None:
+            return f"{self.controller}@{self.fault}"
         if not self.disturbance:
             return self.controller
         return f"{self.controller}@{self.disturbance}={self.strength:g}"
@@ -61,13 +74,15 @@ def arms(
     controllers: Sequence[str],
     robot: SimulatedRobotConfig,
     disturbances: Mapping[str, float],
+    faults: Sequence[Fault] = (),
 ) -> tuple[Arm, ...]:
-    """Return what drives: each controller as it is, then with each disturbance alone.
+    """Return what drives: each controller as it is, then with each disturbance or fault alone.
 
     Args:
         controllers: Names of the controllers.
-        robot: Robot with its own reality, which every arm has.
+        robot: Robot with its own reality and faults, which every arm has.
         disturbances: Strengths of the disturbances by their names.
+        faults: Faults of senses.
 
     Raises:
         ValueError: If there is no such disturbance, or a strength is out of bounds.
@@ -85,8 +100,14 @@ def arms(
             # Undisturbed first: pairs of a table begin at the first contender of a key.
             Arm(controller, robot),
             *(Arm(controller, robots[name], name, disturbances[name]) for name in disturbances),
+            *(Arm(controller, with_fault(robot, fault), fault=fault) for fault in faults),
         )
     )
+
+
+def with_fault(robot: SimulatedRobotConfig, fault: Fault) -> SimulatedRobotConfig:
+    """Return a robot with one fault beside its own."""
+    return robot.model_copy(update={"faults": (*robot.faults, fault)})
 
 
 def perturbation_rows(attempts: Sequence[OffroadAttempt], driven: Sequence[Arm]) -> list[Row]:
@@ -95,13 +116,14 @@ def perturbation_rows(attempts: Sequence[OffroadAttempt], driven: Sequence[Arm])
     A trial counts as a success if it reached all of its goals in a row.
 
     Args:
-        attempts: Attempts of all trials.
+        attempts: Attempts of all trials; those with faults are passed over.
         driven: Arms that drove them.
 
     Raises:
         ValueError: If two arms did not drive the same trials.
     """
-    by_name = {arm.name: arm for arm in driven}
+    by_name = {arm.name: arm for arm in driven if arm.fault is None}
+    attempts = [attempt for attempt in attempts if attempt.contender in by_name]
 
     def controller(attempt: OffroadAttempt) -> Hashable:
         return by_name[attempt.contender].controller

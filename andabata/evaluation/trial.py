@@ -18,11 +18,15 @@ from andabata.evaluation.failure_cause import failure_cause
 from andabata.evaluation.strict_verdict import StrictMeasures
 from andabata.evaluation.trial_monitor import TrialMonitor, arrival_tolerance
 from andabata.machine.sensor_readings import SensorReadings, VehicleState
+from andabata.navigation.fault_watch import FaultResponse
 from andabata.tasks.terminations import Outcome, TerminationConfig
 from worlds.world import Task, World, jittered
 
 SAFE_CLEARANCE = 0.35
 """Clearance of the shortest safe path from forbidden ground [m]: half the body and a little."""
+
+HARMS = (Outcome.COLLISION, Outcome.TIPOVER)
+"""Ends of a drive by a contact or a tip-over."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,8 @@ class OffroadMeasures:
         position_error: Error of the estimated position at the end [m]; None in records of earlier
             versions.
         strict: Measures of the strict verdict; None in records of earlier versions.
+        response: Response of the robot to faults over the whole trial, with the last goal that was
+            tried; else None.
     """
 
     goal: int
@@ -62,6 +68,7 @@ class OffroadMeasures:
     arrival_error: float | None = None
     position_error: float | None = None
     strict: StrictMeasures | None = None
+    response: FaultResponse | None = None
 
 
 OffroadAttempt = Attempt[OffroadMeasures]

@@ -20,7 +20,7 @@ _SECTOR = 2.5
 
 _PLANAR = [X, Y, YAW]
 
-_NUMBERS = re.compile(r" (for|by) [\d.]+.*")
+_NUMBERS = re.compile(r",? (for|by) [\d.]+.*")
 
 
 @dataclass(frozen=True)

@@ -138,10 +138,16 @@ def _is_due(rows: NDArray[np.float64], k: int, now: float) -> bool:
 
 
 @borrowing_kernel
-def first_inertial(imu: NDArray[np.float64]) -> int:
-    """Return the index of the first valid row of some inertial rows, or their number."""
+def first_inertial(imu: NDArray[np.float64], begin: float = -np.inf, end: float = np.inf) -> int:
+    """Return the index of the first valid inertial row of a time, or the number of rows.
+
+    Args:
+        imu: Inertial rows, shape (k, 7).
+        begin: Stamp that the row has to come after [s].
+        end: Latest stamp [s].
+    """
     for i in range(len(imu)):
-        if _is_inertial(imu[i]):
+        if _is_inertial(imu[i]) and begin < imu[i, STAMP] <= end:
             return i
     return len(imu)
 

@@ -57,6 +57,13 @@ class Localizer(Protocol):
     def update(self, readings: SensorReadings) -> None:
         """Update the estimate with the readings of one control period."""
 
+    def report(self, causes: tuple[str, ...]) -> None:
+        """Take causes from outside of the estimate, such as a silent laser, into health and status.
+
+        Args:
+            causes: One text each, which hold until the next report.
+        """
+
     @property
     def pose(self) -> Pose:
         """Latest estimated pose of ``base_footprint`` in the map."""

@@ -64,6 +64,7 @@ class NoisyGroundTruthLocalizer:
             rough: Ignored.
         """
         self._error = self._sigma * self._rng.standard_normal(5)
+        self._causes: tuple[str, ...] = ()
         self._track.clear()
         position, quaternion = self._disturb(pose.position[None], pose.quaternion[None])
         self._pose = Pose(position[0], quaternion[0])
@@ -152,6 +153,10 @@ class NoisyGroundTruthLocalizer:
         positions[:, :2] += errors[:, :2]
         return positions, _rotated(quaternions, errors[:, 2:])
 
+    def report(self, causes: tuple[str, ...]) -> None:
+        """Take causes from outside of the estimate, which hold until the next report."""
+        self._causes = causes
+
     @property
     def pose(self) -> Pose:
         """Latest pose, errors included."""
@@ -164,15 +169,15 @@ class NoisyGroundTruthLocalizer:
 
     @property
     def health(self) -> Health:
-        """Health, which is always OK."""
-        return Health.OK
+        """Health, which is OK without causes from outside."""
+        return Health.DEGRADED if self._causes else Health.OK
 
     @property
     def status(self) -> EstimatorStatus:
         """Status, whose covariance is that of the errors that are added."""
         position, yaw, tilt = self._sigma[0], self._sigma[2], self._sigma[3]
         sigma = np.array([position, position, 0.0, tilt, tilt, yaw])
-        return EstimatorStatus(Health.OK, (), np.diag(sigma**2))
+        return EstimatorStatus(self.health, self._causes, np.diag(sigma**2))
 
     @property
     def track(self) -> PoseTrack:

@@ -66,6 +66,10 @@ class ReplayBuffer:
         while now - self._periods[0].now > self._max_delay:
             self._periods.popleft()
 
+    def reaches(self, stamp: float) -> bool:
+        """Return True if a period contains a stamp [s], or one before it does."""
+        return bool(self._periods) and self._periods[0].now <= stamp + STAMP_TOLERANCE
+
     def rewind(self, stamp: float) -> list[FilterPeriod]:
         """Remove and return the periods from the one that contains a stamp on.
 

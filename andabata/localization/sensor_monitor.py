@@ -1,5 +1,7 @@
 """Supervision of the filter's sensors: timeouts, long rejection, and warnings."""
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,10 +33,10 @@ class SensorMonitor:
         """
         self._config = config
         self._received = dict.fromkeys(("imu", "wheels", "compass", "gnss"), stamp)
-        self._accepted = dict.fromkeys(("compass", "gnss"), stamp)
+        self._accepted = dict.fromkeys(("wheels", "compass", "gnss"), stamp)
         self._timeouts = (
             ("imu", self._received, config.imu_timeout),
-            ("wheels", self._received, config.wheel_timeout),
+            ("wheels", self._accepted, config.wheel_timeout),
             ("compass", self._accepted, config.compass_timeout),
             ("gnss", self._accepted, config.gnss_timeout),
         )
@@ -116,18 +118,31 @@ class SensorMonitor:
         offset = np.median(self._offsets[-_MEDIAN_OF:], axis=0)
         return bool(np.hypot(*offset) > self._config.multipath_offset + 2 * self._way)
 
-    def warnings(self, now: float, P: NDArray[np.float64]) -> tuple[str, ...]:
+    def _jump(self) -> float | None:
+        """Return how far off the last fix is [m] if the robot cannot have driven there."""
+        if not (self._has_position and self._offsets):
+            return None
+        off = float(np.hypot(*self._offsets[-1]))
+        return off if off > self._config.jump_offset + 2 * self._way else None
+
+    def warnings(
+        self, now: float, P: NDArray[np.float64], doubted: Collection[str] = ()
+    ) -> tuple[str, ...]:
         """Return what is wrong with sensors and estimate, one text each.
 
         Args:
             now: Stamp of the state [s].
             P: Covariance of the state, shape (20, 20).
+            doubted: Sensors that are not believed, for a reason that is told elsewhere.
         """
         found = []
         for name, stamps, limit in self._timeouts:
             silence = now - stamps[name]
-            if silence > limit + _TIME_TOLERANCE:
+            if silence > limit + _TIME_TOLERANCE and name not in doubted:
                 found.append(self._overdue(name, silence, now - self._received[name] > limit))
+        jump = self._jump()
+        if jump is not None and not any(text.startswith("gnss") for text in found):
+            found.append(f"gnss: off by {jump:.0f} m, farther than the robot can have driven")
         position, yaw = _uncertainty(P)
         most, widest = self._config.lost_position, self._config.lost_yaw
         if position > most:
@@ -139,7 +154,7 @@ class SensorMonitor:
 
     def _overdue(self, name: str, seconds: float, is_silent: bool) -> str:
         """Return the warning about a sensor that was not heard, or not believed, for a time [s]."""
-        if name not in self._accepted:
+        if name == "imu" or (name == "wheels" and is_silent):
             return f"{name}: silent for {seconds:.1f} s"
         why = "no valid reading arrives" if is_silent else "what arrives contradicts the estimate"
         return f"{name}: not accepted for {seconds:.1f} s, {why}"

@@ -5,7 +5,10 @@ from typing import NamedTuple
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.localization.filter_parameters import Gates, NoiseModel
+from andabata.localization.fix_repetition import RepetitionConfig
 from andabata.localization.receiver_error import ReceiverConfig
+from andabata.localization.sense_watch import PlausibilityConfig
+from andabata.localization.wheel_scale import WheelScaleConfig
 from andabata.machine.clock import CONTROL_PERIOD
 
 
@@ -47,12 +50,15 @@ class UkfConfig(BaseModel):
         noise: Process and measurement noise.
         gates: Largest normalised innovations squared that are accepted.
         receiver: Assumptions about the satellite receiver.
+        plausibility: Limits beyond which inertial unit, encoders and compass are not believed.
+        repetition: Limits beyond which a receiver that repeats its last fix is not believed.
+        wheel_scale: Limits beyond which the fixes contradict the wheels.
         fix_sigma: Standard deviation of a fix without a covariance [m].
         vertical_ratio: Ratio of vertical to horizontal noise of a fix.
         max_delay: Largest delay of a fix that is still taken into account [s].
         max_lead: Largest time by which a measurement may be ahead of the inertial rows [s].
         imu_timeout: Time without inertial rows after which the wheels replace the gyro [s].
-        wheel_timeout: Time without encoder rows after which there is a warning [s].
+        wheel_timeout: Time without an accepted encoder row after which there is a warning [s].
         compass_timeout: Time without an accepted compass reading after which there is a warning
             [s].
         gnss_timeout: Time without an accepted fix after which there is a warning [s].
@@ -62,6 +68,8 @@ class UkfConfig(BaseModel):
             all are off by the same, as by multipath and not by spinning wheels [s].
         jump_inflation_time: Time of rejected fixes after which the covariance is inflated if they
             are farther off than the robot can have driven: whoever carried it has put it down [s].
+        jump_offset: Distance of a rejected fix, beyond what the robot can have driven since the
+            last accepted one, from which there is a warning at once [m].
         multipath_spread: Largest change of the offsets of such fixes [m].
         multipath_offset: Largest offset of such fixes [m].
         lost_position: Standard deviation of the position from which the robot is lost [m].
@@ -77,6 +85,9 @@ class UkfConfig(BaseModel):
     noise: NoiseModel = NoiseModel()
     gates: Gates = Gates()
     receiver: ReceiverConfig = Field(default_factory=ReceiverConfig)
+    plausibility: PlausibilityConfig = PlausibilityConfig()
+    repetition: RepetitionConfig = Field(default_factory=RepetitionConfig)
+    wheel_scale: WheelScaleConfig = Field(default_factory=WheelScaleConfig)
     fix_sigma: float = Field(default=3.0, gt=0, le=100)
     vertical_ratio: float = Field(default=2.0, gt=0)
     max_delay: float = Field(default=2.0, gt=0, le=30)
@@ -88,6 +99,7 @@ class UkfConfig(BaseModel):
     inflation_time: float = Field(default=15.0, gt=0)
     multipath_inflation_time: float = Field(default=45.0, gt=0)
     jump_inflation_time: float = Field(default=300.0, gt=0)
+    jump_offset: float = Field(default=20.0, gt=0)
     multipath_spread: float = Field(default=2.5, gt=0)
     multipath_offset: float = Field(default=15.0, gt=0)
     lost_position: float = Field(default=3.0, gt=0)

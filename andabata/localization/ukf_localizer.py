@@ -5,7 +5,7 @@ The parts: ``filter_period`` (predictions by ``process_model`` and corrections b
 ``replay_buffer`` (late fixes), ``sensor_monitor`` (warnings and health).
 """
 
-from collections import Counter
+from collections import Counter, deque
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from andabata.localization.filter_period import (
     OUTCOMES,
     REJECTED,
     SENSORS,
+    WHEELS,
     first_inertial,
     run_period,
 )
@@ -44,6 +45,7 @@ from andabata.localization.filter_state import (
     Z,
 )
 from andabata.localization.fix_conversion import FixConverter
+from andabata.localization.fix_repetition import FixRepetition
 from andabata.localization.heading_alignment import HeadingAlignment
 from andabata.localization.inertial_bridge import BRIDGE_GYRO_NOISE, bridging_rows
 from andabata.localization.initial_covariance import MIN_SLOW_ERROR, initial_covariance
@@ -53,12 +55,15 @@ from andabata.localization.measurements import (
     STAMP_TOLERANCE,
     Measurements,
 )
+from andabata.localization.plausibility import Plausibility, SenseRows
 from andabata.localization.receiver_error import ReceiverError
 from andabata.localization.replay_buffer import FilterPeriod, ReplayBuffer
+from andabata.localization.sense_watch import Wheel
 from andabata.localization.sensor_monitor import SensorMonitor, health_of
 from andabata.localization.sigma_points import Workspace
 from andabata.localization.ukf import SigmaWeights
 from andabata.localization.ukf_config import UkfConfig
+from andabata.localization.wheel_scale import WheelScale
 from andabata.machine.clock import TICK
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.pose import Pose, PoseTrack, wrap
@@ -85,14 +90,23 @@ _SLOW_CHANGE = 0.05
 _RESTART_SIGMA = 10.0
 """Standard deviation that is added to the position after a restart [m]."""
 
-_INFLATION = {"compass": (COMPASS, 1.0), "gnss": (GNSS, 3.0)}
-"""Row of counts and standard deviation [rad, m] of a first inflation, by sensor."""
+_RESTART_YAW_SIGMA = 0.5
+"""Standard deviation that is added to the heading after a restart [rad]."""
+
+_KEPT_STAMPS = 100
+"""Number of latest fixes whose stamps are remembered: those of ten seconds at ten a second."""
+
+_SUPERVISED = {"wheels": WHEELS, "compass": COMPASS, "gnss": GNSS}
+"""Row of counts of each sensor whose rows the filter accepts or not."""
+
+_INFLATION = {"compass": 1.0, "gnss": 3.0}
+"""Standard deviation [rad, m] of a first inflation, by sensor."""
 
 _POSE = [X, Y, Z, ROLL, PITCH, YAW]
 """States of the pose, in the order of a ROS message's covariance."""
 
 _GATED, _DISTURBED = "beyond the gate", "in a field that is not the Earth's"
-_INVALID, _LATE = "invalid", "too late or too early"
+_INVALID, _LATE, _REPEATED = "invalid", "too late or too early", "repeated"
 """Reasons why a reading is not used."""
 
 _ONE_YAW, _ONE_COMPASS_ERROR = slice(YAW, YAW + 1), slice(COMPASS_ERROR, COMPASS_ERROR + 1)
@@ -123,6 +137,9 @@ class UkfLocalizer:
         weights = SigmaWeights.merwe(STATES)
         self._model = FilterModel(body, config.noise, config.gates, weights, config.max_lead)
         self._converter = FixConverter(config, geo_reference)
+        self._plausibility = Plausibility(
+            config.plausibility, Wheel(robot.wheel_radius, self._yaw_rate_per_wheel)
+        )
         self.set_geo_reference(geo_reference)
         self._workspace = packed(Workspace.allocate())
         self._buffer = ReplayBuffer(config.max_delay)
@@ -170,8 +187,14 @@ class UkfLocalizer:
         self._now = stamp
         self._buffer.clear()
         self._ahead: Measurements | None = None  # Rows that wait for the next period.
+        self._refused = 0  # Fixes that the filter never saw, whatever it runs again.
+        self._fix_stamps: deque[float] = deque(maxlen=_KEPT_STAMPS)
         self._alignment = HeadingAlignment()
         self._monitor = SensorMonitor(self._config, stamp)
+        self._plausibility.reset(stamp)
+        self._repetition = FixRepetition(self._config.repetition)
+        self._wheel_scale = WheelScale(self._config.wheel_scale)
+        self._reported: tuple[str, ...] = ()
         self._receiver = ReceiverError(self._config.receiver)
         self._model = self._model._replace(noise=self._config.noise)
         self._models = packed(self._model)
@@ -186,7 +209,7 @@ class UkfLocalizer:
         Args:
             readings: Readings of the period.
         """
-        accepted = self._counts[:, ACCEPTED].tolist()
+        before = self._counts.tolist()
         fixes = self._fixes_in_map(readings)
         punctual = fixes
         if len(fixes):
@@ -194,16 +217,22 @@ class UkfLocalizer:
             for fix in fixes[late]:
                 self._replay_with(fix)
             punctual = fixes[~late]
-        imu, noise = self._inertial_rows(readings)
-        measurements = self._with_waiting(readings, imu, punctual)
+        rows = SenseRows(
+            _rows(readings.imu, 7), _rows(readings.encoders, 3), _rows(readings.mag, 4)
+        )
+        rows = self._plausibility.believed(readings.stamp, self._now, rows, self._x)
+        imu, noise = self._inertial_rows(readings.stamp, rows)
+        measurements = self._with_waiting(rows, imu, punctual)
         period = FilterPeriod(self._belief.copy(), self._now, measurements, noise)
         self._buffer.append(period)
         self._buffer.drop_old(self._now)
         filled, waiting = self._run(period, self._odometry)
         self._ahead = self._rows_ahead(measurements) if waiting else None
         self._track.extend(self._rows[:filled])
-        self._monitor.drive(float(self._x[SPEED]) * (self._now - period.now))
-        self._supervise(readings, accepted, fixes)
+        way = float(self._x[SPEED]) * (self._now - period.now)
+        self._monitor.drive(way)
+        self._repetition.drive(way)
+        self._supervise(readings.stamp, before, fixes)
         self._orient(fixes)
         if not self._is_valid:
             self._restart(readings.stamp)
@@ -213,12 +242,35 @@ class UkfLocalizer:
         given = _rows(readings.gnss, 5)
         if not len(given):
             return _NO_FIXES
-        fixes, rejected = self._converter.to_map(given, self._x[Z])
-        self._counts[GNSS, REJECTED] += rejected
+        believed = self._repetition.believed(given)
+        self._plausibility.unused["gnss"][_REPEATED] += len(given) - len(believed)
+        fixes, rejected = self._converter.to_map(believed, self._x[Z])
+        self._refused += rejected
+        fixes = self._timely(fixes, readings.stamp)
         fixes = remove_lever_arm(fixes, self.pose.quaternion, readings.antenna)
         if len(fixes):
             self._split_errors(fixes)
         return fixes
+
+    def _timely(self, fixes: NDArray[np.float64], stamp: float) -> NDArray[np.float64]:
+        """Return the fixes of new instants that the filter can still or already take in.
+
+        Others are counted here: even the error of the receiver must not follow from them. A fix
+        that is sent again, as by drivers that repeat the last one, would count twice.
+
+        Args:
+            fixes: Rows of ``Measurements.gnss``.
+            stamp: End of the period [s].
+        """
+        timely = np.zeros(len(fixes), dtype=np.bool_)
+        for k, time in enumerate(fixes[:, 0].tolist()):
+            is_late = time < self._now - STAMP_TOLERANCE
+            lost = time > stamp + self._config.max_lead or time in self._fix_stamps
+            timely[k] = not (lost or (is_late and not self._buffer.reaches(time)))
+            if timely[k]:
+                self._fix_stamps.append(time)
+        self._refused += len(fixes) - int(timely.sum())
+        return fixes[timely]
 
     def _split_errors(self, fixes: NDArray[np.float64]) -> None:
         """Leave each fix its white noise alone, in place: its slow error is a state.
@@ -250,31 +302,34 @@ class UkfLocalizer:
         self._model = self._model._replace(noise=noise._replace(gnss_error=sigma))
         self._models = packed(self._model)
 
-    def _inertial_rows(self, readings: SensorReadings) -> tuple[NDArray[np.float64], NoiseModel]:
+    def _inertial_rows(
+        self, stamp: float, rows: SenseRows
+    ) -> tuple[NDArray[np.float64], NoiseModel]:
         """Return the inertial rows, a gap before them bridged, and the noise that they have."""
-        rows, noise = _rows(readings.imu, 7), self._model.noise
-        first, end = first_inertial(rows), readings.stamp + TICK
-        if first < len(rows):
-            self._monitor.receive("imu", readings.stamp)
-            end = float(rows[first, 0])
+        imu, noise = rows.imu, self._model.noise
+        # A row as old as the state, or far ahead of the clock, moves nothing: it is no arrival.
+        first = first_inertial(imu, self._now, stamp + self._config.max_lead)
+        end = stamp + TICK
+        if first < len(imu):
+            self._monitor.receive("imu", stamp)
+            end = float(imu[first, 0])
         if not end - self._now > self._config.imu_timeout + TICK:
-            return rows, noise
-        wheels = _rows(readings.encoders, 3)
-        bridge = bridging_rows(self._now, end, self._x[GYRO_BIAS], wheels, self._yaw_rate_per_wheel)
-        return np.concatenate([bridge, rows]), noise._replace(gyro=BRIDGE_GYRO_NOISE)
+            return imu, noise
+        bias, wheels = self._x[GYRO_BIAS], rows.wheels
+        bridge = bridging_rows(self._now, end, bias, wheels, self._yaw_rate_per_wheel)
+        return np.concatenate([bridge, imu]), noise._replace(gyro=BRIDGE_GYRO_NOISE)
 
     def _with_waiting(
-        self, readings: SensorReadings, imu: NDArray[np.float64], fixes: NDArray[np.float64]
+        self, rows: SenseRows, imu: NDArray[np.float64], fixes: NDArray[np.float64]
     ) -> Measurements:
         """Return the measurements of a period, after those that waited for it.
 
         Args:
-            readings: Readings of the period.
+            rows: Rows that are believed.
             imu: Inertial rows, a gap before them bridged.
             fixes: Fixes in the map that are not late.
         """
-        mag = _rows(readings.mag, 4) * _TO_MICROTESLA
-        arrived = Measurements(imu, _rows(readings.encoders, 3), mag, fixes)
+        arrived = Measurements(imu, rows.wheels, rows.mag * _TO_MICROTESLA, fixes)
         if self._ahead is None:
             return arrived
         return Measurements(*map(np.concatenate, zip(self._ahead, arrived, strict=True)))
@@ -324,27 +379,34 @@ class UkfLocalizer:
             # The track in odom stays as it was published: sweeps were placed with it.
             self._run(period, self._scratch_odometry)
 
-    def _supervise(
-        self, readings: SensorReadings, accepted: list[int], fixes: NDArray[np.float64]
-    ) -> None:
+    def _supervise(self, stamp: float, before: list[list[int]], fixes: NDArray[np.float64]) -> None:
         """Record which sensors sent data and were accepted, and inflate the covariance if due.
 
+        Only a row that the filter could weigh, whether it accepted it or not, counts as received.
+
         Args:
-            readings: Readings of the period.
-            accepted: Number of accepted measurements of each kind before the period.
+            stamp: End of the period [s].
+            before: Table of counts before the period.
             fixes: Fixes that arrived, in the map.
         """
-        stamp, monitor = readings.stamp, self._monitor
+        monitor = self._monitor
         for fix in fixes:
             monitor.add_offset(fix[1:3] - self._x[HORIZONTAL])
-        arrived = (("wheels", readings.encoders), ("compass", readings.mag), ("gnss", fixes))
-        for name, rows in arrived:
-            if rows is not None and len(rows):
+            scale = self._wheel_scale
+            scale.add(float(fix[0]), fix[1:3], self._plausibility.way)
+            if scale.is_wrong is not None:
+                self._plausibility.judge_wheels(scale.is_wrong, scale.begin, stamp)
+        after = self._counts.tolist()
+        for name, row in _SUPERVISED.items():
+            was, now = before[row], after[row]
+            is_accepted = now[ACCEPTED] > was[ACCEPTED]
+            if is_accepted or now[GATED] > was[GATED] or now[DISTURBED] > was[DISTURBED]:
                 monitor.receive(name, stamp)
-        now_accepted = self._counts[:, ACCEPTED].tolist()
-        for name, (sensor, sigma) in _INFLATION.items():
-            if now_accepted[sensor] > accepted[sensor]:
+            if is_accepted:
                 monitor.accept(name, stamp)
+        for name, sigma in _INFLATION.items():
+            if name == "gnss" and self._repetition.is_repeating:
+                continue
             factor = monitor.inflation(name, stamp)
             if factor is not None:
                 self._inflate(self._doubted(name, stamp), sigma * factor)
@@ -388,6 +450,11 @@ class UkfLocalizer:
             x = np.zeros(STATES)
         self.reset(_pose_of(x), stamp)
         self._inflate(HORIZONTAL, _RESTART_SIGMA)
+        self._inflate(_ONE_YAW, _RESTART_YAW_SIGMA)
+
+    def report(self, causes: tuple[str, ...]) -> None:
+        """Take causes from outside of the estimate, which hold until the next report."""
+        self._reported = causes
 
     @property
     def pose(self) -> Pose:
@@ -412,15 +479,30 @@ class UkfLocalizer:
         return self._P[np.ix_([X, Y, YAW], [X, Y, YAW])]
 
     @property
+    def belief(self) -> Belief:
+        """Copies of all states, their covariance and the table of counts."""
+        return Belief(self._x.copy(), self._P.copy(), self._all_counts())
+
+    @property
     def counts(self) -> dict[str, tuple[int, int, int]]:
         """Numbers of accepted, gated and rejected measurements, by sensor.
 
         A magnetic field that is not the Earth's counts as gated.
         """
         return {
-            name: (row[ACCEPTED], row[GATED] + row[DISTURBED], row[REJECTED])
-            for name, row in zip(SENSORS, self._counts.tolist(), strict=True)
+            name: (
+                row[ACCEPTED],
+                row[GATED] + row[DISTURBED],
+                row[REJECTED] + self._plausibility.unused[name].total(),
+            )
+            for name, row in zip(SENSORS, self._all_counts().tolist(), strict=True)
         }
+
+    def _all_counts(self) -> NDArray[np.int64]:
+        """Return the table of counts with the fixes that were refused before the filter."""
+        counts = self._counts.copy()
+        counts[GNSS, REJECTED] += self._refused
+        return counts
 
     @property
     def rejected_fixes(self) -> Counter[str]:
@@ -434,8 +516,16 @@ class UkfLocalizer:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings about sensors and estimate, one text each; empty without any."""
-        return self._monitor.warnings(self._now, self._P)
+        """Warnings about sensors and estimate, and what was reported; empty without any."""
+        repetition, doubted = self._repetition, list(self._plausibility.doubts)
+        if not (doubted or repetition.is_frozen):
+            return self._reported + self._monitor.warnings(self._now, self._P)
+        causes = self._plausibility.warnings(self._now)
+        if repetition.is_frozen:
+            time = self._now - repetition.since
+            causes += (f"gnss: repeats its last fix while the wheels turn, for {time:.1f} s",)
+            doubted.append("gnss")
+        return self._reported + causes + self._monitor.warnings(self._now, self._P, doubted)
 
     @property
     def health(self) -> Health:
@@ -458,13 +548,14 @@ class UkfLocalizer:
     def _unused(self) -> dict[str, dict[str, int]]:
         """Return the numbers of readings that were not used, by sensor and reason."""
         unused = {}
-        for name, row in zip(SENSORS, self._counts.tolist(), strict=True):
+        for name, row in zip(SENSORS, self._all_counts().tolist(), strict=True):
             invalid = Counter({_INVALID: row[REJECTED]})
             if name == SENSORS[GNSS]:  # Those that the filter never saw have a reason of their own.
                 reasons = self._converter.rejected
                 late = row[REJECTED] - reasons.total()
                 invalid = reasons + Counter({_LATE: late})
             found = {_GATED: row[GATED], _DISTURBED: row[DISTURBED], **invalid}
+            found |= self._plausibility.unused[name]
             unused[name] = {reason: number for reason, number in found.items() if number}
         return {name: reasons for name, reasons in unused.items() if reasons}
 

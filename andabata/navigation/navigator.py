@@ -19,6 +19,7 @@ from andabata.machine.sensor_readings import (
 )
 from andabata.navigation.arrival import ArrivalConfig, ArrivalMonitor
 from andabata.navigation.controller import Controller, ControllerInput, Planner, Steering
+from andabata.navigation.laser_monitor import LaserMonitor, LaserMonitorConfig
 from andabata.navigation.perception import Perception
 from traversability.virtual_scan import VirtualScan
 from worlds.world import Geofence
@@ -58,8 +59,8 @@ Observer = Callable[[StepResult], None]
 class Navigator:
     """Turns sensor readings into wheel speeds: in simulation, in training, on a record, on a robot.
 
-    The robot stands still until there is a first scan, while it is lost, and from its arrival at a
-    goal until there is another; without a heading it creeps.
+    The robot stands still until there is a first scan, while it is lost or its laser is silent, and
+    from its arrival at a goal until there is another; without a heading it creeps.
 
     Attributes:
         observers: Observers, called after each step. For them the cells are classified at each
@@ -77,6 +78,7 @@ class Navigator:
         steering: Steering | None = None,
         readings_filter: ReadingsFilter = unfiltered,
         arrival: ArrivalConfig | None = None,
+        laser: LaserMonitorConfig | None = None,
     ) -> None:
         """Put a navigator together.
 
@@ -89,6 +91,7 @@ class Navigator:
             readings_filter: Filter between the source of the readings and the navigator: faults,
                 latency, perturbations.
             arrival: Rules by which a goal is declared reached.
+            laser: Silence of the laser from which the robot stands still.
         """
         steering = steering or Steering()
         self._robot = robot
@@ -101,6 +104,7 @@ class Navigator:
         self._knows_truth = steering.knows_truth
         self._filter = readings_filter
         self._arrival = ArrivalMonitor(arrival or ArrivalConfig())
+        self._laser = LaserMonitor(laser or LaserMonitorConfig())
         self._goal, self._has_goal = np.zeros(2), False
         self._command = _STANDSTILL
         self._repeats_left = 0
@@ -131,6 +135,7 @@ class Navigator:
         self.start = (pose, stamp)
         self._localizer.reset(pose, stamp, rough)
         self._perception.reset()
+        self._laser.reset()
         self._planner.reset()
         if self._controller is not None:
             self._controller.reset()
@@ -207,7 +212,9 @@ class Navigator:
         """
         readings = self._filter(readings)
         self._localizer.update(readings)
-        self._perception.update(readings, self._localizer)
+        seen = self._laser.update(readings, self._localizer.track)
+        self._localizer.report(self._laser.causes)
+        self._perception.update(seen, self._localizer)
         return readings
 
     def observe(self, readings: SensorReadings) -> ControllerInput | None:
@@ -221,8 +228,9 @@ class Navigator:
     def execute(self, command: Twist) -> tuple[Twist, WheelSpeeds]:
         """Return the twist that is driven, after limits and dead zone, and its wheel speeds.
 
-        A robot that is lost stands still. One that only lacks a heading creeps: map and rollouts
-        are in ``odom``, so that it hits nothing, and its way tells the heading.
+        A robot that is lost, or whose laser is silent, stands still. One that only lacks a heading
+        creeps: map and rollouts are in ``odom``, so that it hits nothing, and its way tells the
+        heading.
 
         Args:
             command: Wanted twist.
@@ -232,7 +240,7 @@ class Navigator:
         """
         twist = executed_twist(command, self._robot)
         health = self._localizer.health
-        if health is Health.LOST:
+        if health is Health.LOST or self._laser.is_silent:
             twist = _STANDSTILL
         elif health is Health.DISORIENTED and abs(twist.linear) > _CREEP_SPEED:
             twist = Twist(math.copysign(_CREEP_SPEED, twist.linear), twist.angular)

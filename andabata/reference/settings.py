@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, PlainSerializer
 from pydantic.fields import FieldInfo
 
 from andabata.app.jobs.demonstration import DemonstrationConfig
@@ -223,7 +223,9 @@ def _kind(annotation: Any) -> str:  # noqa: ANN401 - any type.
     if (isinstance(annotation, type) and issubclass(annotation, BaseModel)) or origin is dict:
         return ""
     if origin is Annotated:
-        return _kind(parts[0])
+        # A value that files have as another type, such as a text.
+        written = [each.return_type for each in parts if isinstance(each, PlainSerializer)]
+        return _kind((written or parts)[0])
     if origin is Literal:
         return ", ".join(code(part) for part in parts)
     if origin in (Union, types.UnionType):

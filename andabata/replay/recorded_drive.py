@@ -136,13 +136,15 @@ def _recorded_config(bag: Bag, settings: Mapping[str, Any]) -> SimulatedRobotCon
         BagError: If it is none of this version.
     """
     try:
-        return SimulatedRobotConfig.model_validate(settings.get("simulated_robot", {}))
+        recorded = SimulatedRobotConfig.model_validate(settings.get("simulated_robot", {}))
     except ValidationError as error:
         raise BagError(
             f"{bag.path}: expected settings of this version in the diagnostics, got "
             f"simulated_robot.{explain(error)}; record it again, replay it with the version that "
             "recorded it, or replay a copy without this topic, with --controller and --set"
         ) from error
+    # The recorded readings have these faults already.
+    return recorded.model_copy(update={"faults": ()})
 
 
 def _factors(units: Mapping[str, str], robot: RobotModel) -> dict[str, float]:

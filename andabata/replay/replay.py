@@ -10,7 +10,9 @@ import numpy as np
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.navigator import NavigatorParts, make_navigator
 from andabata.localization.datum import Datum
+from andabata.machine.fault_injector import FaultInjector
 from andabata.models import Models
+from andabata.navigation.fault_watch import FaultWatch, response_as_dict
 from andabata.navigation.navigator import StepResult
 from andabata.navigation.perception import assembler_of
 from andabata.records.bag_piece import BagPiece
@@ -30,6 +32,9 @@ from andabata.replay.result import LocalizerStatistics, PieceReport, RecordedCom
 
 _DEFAULT_CONTROLLER = "policy+planner"
 """Name of the controller where the recording names none."""
+
+_FAULT_SEED = 1
+"""Seed of the garbage of injected faults: a replay gives the same each time."""
 
 _PERIODS_PER_SECOND = 10
 """Number of control periods after which ``on_second`` is called."""
@@ -121,6 +126,7 @@ class BagReplay:
         self._given: dict[str, float] = self._drive.given
         self._datum: Datum | None = None
         self._has_compass_advice = False
+        self._watches: list[FaultWatch] = []
         self._models = options.models or Models()
         self._controller = options.controller or str(self._drive.controller or _DEFAULT_CONTROLLER)
         self._assemble_navigator()
@@ -134,7 +140,8 @@ class BagReplay:
         config = self._drive.config
         steering = make_steering(self._controller, None, config, self._models)
         rng = np.random.default_rng(0)
-        parts = make_navigator(config, self._models, steering, rng)
+        self._injector = FaultInjector(config.faults, np.random.default_rng(_FAULT_SEED))
+        parts = make_navigator(config, self._models, steering, rng, self._injector)
         self._navigator, self._localizer, perception = parts
         self._navigator.observers.append(self._compare)
         if self._viewer is not None:
@@ -209,6 +216,10 @@ class BagReplay:
             use_datum(self._localizer, self._datum)
         self._compass = CompassCheck(self._datum.reference, drive.config.robot.wheel_radius)
         self._navigator.reset(setup.start, 0.0, setup.is_rough)
+        self._injector.reset(np.random.default_rng(_FAULT_SEED))
+        faults, robot = drive.config.faults, drive.config.robot
+        if faults:
+            self._watches.append(FaultWatch.of(faults, self._localizer, robot))
         recorded = replace(setup, settings=drive.settings).geofence
         self._navigator.geofence = recorded or drive.config.geofence
 
@@ -226,6 +237,8 @@ class BagReplay:
             self._viewer.attend()
         self._period = period
         result = self._navigator.step(period.readings)
+        for watch in self._watches[-1:]:
+            watch(result)
         if self._observer is not None:
             self._observer.observe(period, result)
         self._mountings.check(self._localizer.odometry)
@@ -275,6 +288,7 @@ class BagReplay:
             "complaints": dict(self._statistics.complaints),
             "counts": self._statistics.counts,
             "refused": self._refused,
+            "faults": self._fault_response(),
             "refused_by_reason": self._remarks.refused_by_reason(),
             "pieces": [report.as_dict() for report in self._reports],
             "frames": self._mountings.frames,
@@ -284,6 +298,17 @@ class BagReplay:
         }
         sentences = left_out(data, drive.message_counts, drive.skipped_pieces)
         return data | {"left_out": [*sentences, *self._unreadable()]}
+
+    def _fault_response(self) -> dict[str, Any] | None:
+        """Return injected faults and the response to them, ready for JSON; None without faults.
+
+        It is that of the first piece that went on beyond the onset, if any did.
+        """
+        if not self._watches:
+            return None
+        responses = [watch.response() for watch in self._watches]
+        first = next((each for each in responses if each.was_faulty), responses[-1])
+        return response_as_dict(self._drive.config.faults, first)
 
     def _unreadable(self) -> list[str]:
         """Return which messages of the sensors' topics could not be read, in words."""

@@ -74,6 +74,17 @@ _PAIRS_TEXT = (
     "intervals: of success after Agresti and Min, of SPL and time by resampled worlds."
 )
 
+_FAULTS = (
+    *("fault", "faulty", "flagged", "flagged_within_2_s", "flagged_after_s", "contacts"),
+    *("contacts_after_flag", "bad_commands", "position_error_m", "successes", "difference"),
+)
+
+_FAULTS_TEXT = (
+    "Each fault alone, in the same {trials} trials; the first row is the robot without any. "
+    "Flagged are drives whose health got worse after the onset; contacts include tip-overs. Times "
+    "are medians, from the onset. Differences are those of trials that reached all of their goals."
+)
+
 _PAPER_TEXT = "The paper's Table 4, in its own test world, beside those of natural-test:"
 
 _PATHS_TEXT = (
@@ -104,12 +115,13 @@ def report_evaluation(folder: Path) -> tuple[Page, Row]:
         [
             _success(rows, worlds, data.get("success_within")),
             _pairs(data.get("differences", ())),
+            _faults(data.get("faults", ())),
             _by_difficulty(attempts, controllers),
             _paths(attempts, worlds),
             _failures(folder, data["failures"], attempts),
         ],
     )
-    shown = ("rows", "failures", "success_within")
+    shown = ("rows", "failures", "success_within", "faults")
     return page, {key: data[key] for key in shown if key in data}
 
 
@@ -163,6 +175,17 @@ def _pairs(rows: Sequence[Row]) -> Section | None:
     first = rows[0]
     text = _PAIRS_TEXT.format(trials=first["trials"], against=first["against"])
     return Section("Pairs", text, Table(rows, _PAIRS))
+
+
+def _faults(rows: Sequence[Row]) -> Section | None:
+    """Return the response to faults of senses, a table a controller; None without faults."""
+    if not rows:
+        return None
+    tables = (
+        Table([row for row in rows if row["controller"] == name], _FAULTS, name)
+        for name in _names(rows, "controller")
+    )
+    return Section("Faults", _FAULTS_TEXT.format(trials=rows[0]["trials"]), *tables)
 
 
 def _paper_rows() -> list[Row]:

@@ -154,7 +154,7 @@ def _object(path: Path) -> dict[str, Any]:
     """
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # Also numbers of 5,000 digits, and depth.
         raise RunFolderError(
             f"{path}: expected JSON, got a damaged file: {error}; run its command again"
         ) from error

@@ -1,8 +1,9 @@
 """Tables of the results pages, made from stored rows: nobody types them.
 
 ``docs/results/data/NAME.json`` holds the rows of a run, with its command and its commit. A page has
-the table between ``<!-- table: NAME -->`` and ``<!-- end of table -->``. Without options all
-tables are written anew; ``--keep`` stores the rows of a run first.
+the table between ``<!-- table: NAME -->`` and ``<!-- end of table -->``: a page of results, or
+``docs/reliability.md``. Without options all tables are written anew; ``--keep`` stores the rows of
+a run first.
 """
 
 import argparse
@@ -29,6 +30,9 @@ from andabata.runs.strict_json import dumps
 PAGES = Path("docs/results")
 """Folder of the pages, from the repository's root."""
 
+RELIABILITY = "reliability.md"
+"""Page beside that folder whose table is made from stored rows, too."""
+
 LEDGER_TABLE = "ledger"
 """Name of the table of the ledger, which stands beside the pages."""
 
@@ -43,6 +47,8 @@ class StoredRows(BaseModel):
         commit: Commit of the code that ran it.
         columns: Keys of the table's columns, in order.
         over_rooms: True if the counts of all rooms are added up, False for the rows as they are.
+        date: Day of the run, which then stands with command and commit under the table; empty for
+            none.
         rows: Rows of the run's result.
     """
 
@@ -52,6 +58,7 @@ class StoredRows(BaseModel):
     commit: str
     columns: tuple[str, ...]
     over_rooms: bool = False
+    date: str = ""
     rows: tuple[dict[str, Any], ...]
 
     @classmethod
@@ -80,21 +87,27 @@ class StoredRows(BaseModel):
                 "commit": description["commit"],
                 "columns": columns,
                 "over_rooms": is_over_rooms,
+                "date": description.get("date", ""),
                 "rows": rows,
             }
         )
 
     def to_bytes(self) -> bytes:
         """Return a JSON file of few lines, a row on each."""
-        head = self.model_dump(mode="json", exclude={"rows"})
+        left_out = {"rows"} if self.date else {"rows", "date"}
+        head = self.model_dump(mode="json", exclude=left_out)
         lines = [f"{dumps(key)}: {dumps(value)}," for key, value in head.items()]
         rows = ",\n".join(dumps(row, sort_keys=True) for row in self.rows)
         return "\n".join(["{", *lines, f'"rows": [\n{rows}\n]', "}\n"]).encode()
 
     def table(self) -> str:
         """Return the table in Markdown: words for keys, intervals in the cell of their figure."""
-        rows = with_reached(over_rooms(self.rows) if self.over_rooms else self.rows)
-        return markdown_table([spoken(_named_laser(row), self.columns) for row in rows])
+        rows = over_rooms(self.rows) if self.over_rooms else self.rows
+        if "reached" in self.columns:
+            rows = with_reached(rows)
+        table = markdown_table([spoken(_named_laser(row), self.columns) for row in rows])
+        made = f"\n`{self.command}`, commit {self.commit}, {self.date}.\n"
+        return table + made if self.date else table
 
 
 def laser_words(label: str) -> str:
@@ -158,6 +171,16 @@ def rewritten(text: str, known: dict[str, str]) -> str:
     return _MARKED.sub(table, text)
 
 
+def pages_of(folder: Path) -> list[Path]:
+    """Return the pages with tables: those of results, and that of reliability beside them.
+
+    Args:
+        folder: Folder of the results pages.
+    """
+    beside = folder.parent / RELIABILITY
+    return [*sorted(folder.glob("*.md")), *([beside] if beside.is_file() else [])]
+
+
 def write_tables(folder: Path) -> Iterator[Path]:
     """Write the tables of all pages anew, and yield the pages that changed.
 
@@ -168,7 +191,7 @@ def write_tables(folder: Path) -> Iterator[Path]:
         ValueError: If a page has a table whose rows are not stored, or a file holds no rows.
     """
     known = tables(folder)
-    for page in sorted(folder.glob("*.md")):
+    for page in pages_of(folder):
         text = page.read_text(encoding="utf-8")
         if (found := rewritten(text, known)) != text:
             atomic_io.write(page, found.encode())

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.trial_monitor import TrialMonitor, arrival_tolerance
+from andabata.machine.fault_injector import FaultInjector
 from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
 from andabata.machine.simulator import Simulator
 from andabata.records import topics
@@ -112,6 +113,7 @@ class RobotNode:
             scene.world, scene.rays, config.robot, config.plant, config.sensing, rng
         )
         constants = config.reality.draw(rng.spawn(1)[0])
+        self._injector = FaultInjector(config.faults, rng.spawn(1)[0])
         self._readings = self._simulator.reset(task.start, constants)
         self._builder = MessageBuilder(1, graph.now_ns() + _LEAD_NS)
         self._queue = MessageQueue(_PacedWriter(graph), self._builder)
@@ -134,7 +136,7 @@ class RobotNode:
         outcome: Outcome | None = None
         while outcome is None and not self._graph.is_shutdown:
             self._readings = self._simulator.step(self._commanded_wheels())
-            queue_readings(self._queue, self._readings)
+            queue_readings(self._queue, self._injector(self._readings))
             self._queue.flush()
             outcome = monitor.judge(_true_state(self._readings), self._has_arrived(goal))
             period = round(self._readings.stamp * _PERIODS_PER_SECOND)

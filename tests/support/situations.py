@@ -143,6 +143,10 @@ class StubLocalizer:
         """Note the readings."""
         self.readings.append(readings)
 
+    def report(self, causes):
+        """Note the causes."""
+        self.causes = causes
+
 
 class StubPerception:
     """Perception whose scan is set by hand; counts its calls."""

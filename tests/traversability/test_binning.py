@@ -24,7 +24,14 @@ GRID = PolarGrid()
 
 
 @pytest.mark.parametrize(
-    "grid", [GRID, PolarGrid(n_sectors=7, n_rings=3), PolarGrid(n_sectors=128)]
+    "grid",
+    [
+        GRID,
+        PolarGrid(n_sectors=7, n_rings=3),
+        PolarGrid(n_sectors=128),
+        # First rings narrower than a bin of squared distance would be with as few as of the others.
+        PolarGrid(n_rings=40, inner_radius=0.2),
+    ],
 )
 def test_quarters_are_those_of_the_arc_tangent(grid):
     """The tables give what bearing and distance give, for every point of 300,000."""

@@ -65,13 +65,16 @@ def test_strangers_are_said(mine):
         ('[free]\n1 = "a"\n', "blocked: Field required"),
         ('[free]\nroad = "a"\n[blocked]\n1 = "b"\n', "free.road"),
         ("[free\n", "expected TOML"),
+        ("a = " + 5000 * "[" + "\n", "expected TOML"),
+        ("a = " + 5000 * "9" + "\n", "expected TOML"),
+        (b"[free]\n1 = '\xff'\n", "expected TOML"),
         ('[fre]\n1 = "a"\n', "NUMBER = "),
     ],
 )
 def test_a_wrong_table_is_refused(tmp_path, text, words):
     """The error names the file, the place and the form of a line."""
     file = tmp_path / "wrong.toml"
-    file.write_text(text)
+    file.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(ClassTableError, match=r"wrong\.toml: ") as error:
         load_class_table(str(file))
     assert words in str(error.value)

@@ -43,3 +43,10 @@ def test_a_first_edge_beyond_the_last_one_is_refused():
     """The error names both radii."""
     with pytest.raises(ValidationError, match=r"inner_radius: expected less than outer_radius"):
         PolarGrid(inner_radius=10.0)
+
+
+def test_rings_that_cannot_be_told_apart_are_refused():
+    """The error names the first ring; a hundred rings from 0.1 to 10 m are none of them."""
+    assert PolarGrid(inner_radius=0.1, n_rings=100).n_rings == 100
+    with pytest.raises(ValidationError, match=r"first ring .* 0\.001 to 0\.0011 m of 100 rings"):
+        PolarGrid(inner_radius=0.001, n_rings=100)

@@ -54,3 +54,13 @@ def test_cells_of_another_grid_are_refused():
     """The error names both shapes."""
     with pytest.raises(ValueError, match=r"expected shape \(32, 10\) of the grid, got \(32, 9\)"):
         virtual_scan(np.zeros((32, 9), np.uint8), GRID)
+
+
+def test_a_range_of_an_edge_blocks_the_ring_that_begins_there():
+    """Whichever way its float32 is rounded; nearer rings are free."""
+    for rings in (5, 9, 10, 17):
+        grid = PolarGrid(n_sectors=rings, n_rings=rings)
+        ranges = grid.ring_edges[:-1].astype(np.float32)
+        odds = VirtualScan(ranges, grid.outer_radius).log_odds_of(grid)
+        np.testing.assert_array_equal(odds == np.inf, np.eye(rings, dtype=bool))
+        np.testing.assert_array_equal(odds == -np.inf, np.tri(rings, k=-1, dtype=bool))

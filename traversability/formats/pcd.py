@@ -36,11 +36,11 @@ def parse(data: bytes) -> Columns:
         factors = ("POINTS",) if "POINTS" in entries else ("WIDTH", "HEIGHT")
         points = check_count(math.prod(int(entries[name][0]) for name in factors))
         repeats = [check_count(int(count)) for count in counts]
+        form = (entries["DATA"] or [""])[0].lower()
     except (KeyError, IndexError, ValueError) as error:
-        raise FormatError(f"expected FIELDS, SIZE, TYPE and POINTS, got {error}") from error
+        raise FormatError(f"expected FIELDS, SIZE, TYPE, POINTS and DATA, got {error}") from error
     if not len(fields) == len(kinds) == len(sizes) == len(repeats):
         raise FormatError("expected FIELDS, SIZE, TYPE and COUNT of one length")
-    form = (entries["DATA"] or [""])[0].lower()
     if form == "ascii":
         begins = [int(begin) for begin in np.concatenate([[0], np.cumsum(repeats)])]
         single = zip(fields, begins, repeats, strict=False)

@@ -40,9 +40,11 @@ def load_plan(path: Path) -> RoomPlan:
         OSError: If it cannot be read.
     """
     try:
-        return RoomPlan.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        content = tomllib.loads(path.read_bytes().decode())
+    except (ValueError, RecursionError) as error:  # Also numbers of 5,000 digits, and depth.
         raise RoomFileError(f"{path}: expected a room as TOML, got {error}") from error
+    try:
+        return RoomPlan.model_validate(content)
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join(map(str, first["loc"]))

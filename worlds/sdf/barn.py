@@ -117,7 +117,7 @@ def read_barn_path(path: Path) -> NDArray[np.float64]:
     """
     try:
         cells = np.lib.format.read_array(BytesIO(path.read_bytes()), allow_pickle=False)
-    except (ValueError, EOFError) as error:
+    except Exception as error:  # numpy's reading of a damaged header raises many kinds.
         raise BarnFileError(f"{path}: expected a .npy file of numbers, got {error}") from error
     if cells.dtype.kind not in "iuf":
         raise BarnFileError(f"{path}: expected an array of numbers, got type {cells.dtype}")

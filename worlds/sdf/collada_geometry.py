@@ -64,7 +64,7 @@ def _faces(primitive: Element, ids: Ids) -> Corners:
     indices, counts = _polygons(primitive, stride)
     if not len(indices):
         return NO_CORNERS
-    if counts.min() < 0 or counts.sum() * stride != len(indices):
+    if counts.min(initial=0) < 0 or counts.sum() * stride != len(indices):
         wanted = f"{counts.sum()} corners of {stride} each"
         primitive.fail(f"expected as many indices as {wanted} need, got {len(indices)}")
     vertex = _input(primitive, "VERTEX")

@@ -13,6 +13,7 @@ from andabata.app.options.release import ReleaseOptions, refuse_beside_release
 from andabata.app.options.shared import RobotOptions
 from andabata.app.run_kinds import OFFROAD, EvaluationRequest
 from andabata.engine import Engine
+from andabata.evaluation.fault_table import fault_rows
 from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
 from andabata.evaluation.offroad_pairs import controller_differences
 from andabata.evaluation.offroad_table import failure_causes, summarise
@@ -20,7 +21,7 @@ from andabata.evaluation.perturbation import perturbation_rows
 from andabata.evaluation.trial import OffroadAttempt
 from andabata.report.plots.drives import failure_picture
 
-_CHOSEN = ("seed", "world", "suite", "goals", "perturb")
+_CHOSEN = ("seed", "world", "suite", "goals", "perturb", "faults")
 """Options that a release chooses."""
 
 
@@ -55,6 +56,8 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
         }
         if config.perturb:
             data["perturbations"] = perturbation_rows(attempts, config.arms)
+        if config.faults:
+            data["faults"] = fault_rows(attempts, config.arms)
         return data
 
     draw = failure_picture if request.has_folder else None

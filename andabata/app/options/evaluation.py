@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from andabata.app.options.faults import FAULT_METAVAR, read_faults
 from andabata.app.options.models import ClassifierOptions
 from andabata.app.options.shared import RealityLevel, RobotOptions
 from andabata.configuration.usage import UsageError
@@ -104,7 +105,7 @@ class JudgedRobotOptions(RobotOptions):
 
 @dataclass(frozen=True)
 class OffroadEvaluationOptions:
-    """Off-road evaluation: ``--world``, ``--goals``, ``--suite``, ``--perturb``."""
+    """Off-road evaluation: ``--world``, ``--goals``, ``--suite``, ``--perturb``, ``--faults``."""
 
     world: Annotated[str, typer.Option(help="World preset.", rich_help_panel=_OFFROAD)] = (
         "natural-test"
@@ -131,6 +132,16 @@ class OffroadEvaluationOptions:
             rich_help_panel=_OFFROAD,
         ),
     ] = None
+    faults: Annotated[
+        str | None,
+        typer.Option(
+            metavar=FAULT_METAVAR,
+            help="Faults of senses, such as gnss:stuck@20,laser:off@20+10, or a .toml file; "
+            "`faults --list` explains them. Each is driven alone beside the robot as it is: is it "
+            "noticed, and what does it cost?",
+            rich_help_panel=_OFFROAD,
+        ),
+    ] = None
 
     def base(
         self,
@@ -150,7 +161,7 @@ class OffroadEvaluationOptions:
 
         Raises:
             UnknownWorldError: If there is no such world.
-            UsageError: If there is no such controller or disturbance.
+            UsageError: If there is no such controller, disturbance or fault.
         """
         from andabata.app.options.disturbances import read_disturbances
         from andabata.assembly.controllers import CONTROLLERS
@@ -192,6 +203,7 @@ class OffroadEvaluationOptions:
             release=release,
             simulated_robot=robot,
             perturb=read_disturbances(self.perturb, robot.reality),
+            faults=read_faults(self.faults),
         )
 
 

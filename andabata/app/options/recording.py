@@ -1,7 +1,8 @@
 """Group of options of commands that replay a recording of any robot."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -9,6 +10,7 @@ from andabata.app.options.sensors import SensorOptions, TopicOptions
 
 if TYPE_CHECKING:
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
+    from andabata.machine.faults import Fault
     from andabata.models import Models
     from andabata.replay.options import ReplayOptions
 
@@ -30,6 +32,7 @@ class RecordingOptions(TopicOptions, SensorOptions):
         models: "Models | None" = None,
         controller: str | None = None,
         robot: str | None = None,
+        faults: "Sequence[Fault]" = (),
     ) -> "ReplayOptions":
         """Return the user's choices for a replay.
 
@@ -37,6 +40,7 @@ class RecordingOptions(TopicOptions, SensorOptions):
             models: Classifiers and policy; None for the shipped ones.
             controller: Name of the controller; None for the recorded one.
             robot: Name of a body; None for the recorded one.
+            faults: Faults that are added to the recorded readings.
 
         Raises:
             UsageError: If an option's value is not one.
@@ -45,8 +49,8 @@ class RecordingOptions(TopicOptions, SensorOptions):
         from andabata.replay.options import ReplayOptions
 
         def configure(recorded: "SimulatedRobotConfig") -> "SimulatedRobotConfig":
-            body = {"robot": RobotModel.load(robot)} if robot else {}
-            return self.configure(recorded.model_copy(update=body))
+            body: dict[str, Any] = {"robot": RobotModel.load(robot)} if robot else {}
+            return self.configure(recorded.model_copy(update=body | {"faults": tuple(faults)}))
 
         return ReplayOptions(
             controller=controller,

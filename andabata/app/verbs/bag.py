@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from andabata.app.command import command
+from andabata.app.options.faults import FaultOptions
 from andabata.app.options.models import ModelOptions
 from andabata.app.options.recording import RecordedRobot, RecordingOptions
 from andabata.app.options.shared import ConsoleOptions
@@ -59,6 +60,7 @@ def replay(
         str | None, typer.Option(help="Controller instead of the recorded one.")
     ] = None,
     robot: RecordedRobot = None,
+    faults: FaultOptions,
     recording: RecordingOptions,
     models: ModelOptions,
     output: ConsoleOptions,
@@ -70,8 +72,8 @@ def replay(
 
     Examples:
         andabata bag replay drive.bag
-        andabata bag replay drive.bag --controller reactive --json
         andabata bag replay drive.bag --mounting imu=0,0,0.1,0,0,180
+        andabata bag replay drive.bag --faults gnss:stuck@20
         andabata bag replay outdoor.bag --robot husky --cloud /points
         andabata bag replay outdoor.bag --map /fix=/navsat/fix --unit wheels=rpm
     """
@@ -79,7 +81,7 @@ def replay(
     from andabata.replay.replay import replay_bag
     from andabata.replay.result import NoScanError, no_scan_reason
 
-    options = recording.replay(models.load(), controller, robot)
+    options = recording.replay(models.load(), controller, robot, faults.read())
     console = output.console()
     with console.progress("recorded seconds", None) as step:
         data = replay_bag(file, options, lambda: step(1))

@@ -7,6 +7,7 @@ import typer
 
 from andabata.app.command import command
 from andabata.app.options.drive import ClipOptions, Controller, Goals, RecordOptions
+from andabata.app.options.faults import FaultOptions
 from andabata.app.options.models import ModelOptions
 from andabata.app.options.shared import (
     ConsoleOptions,
@@ -33,6 +34,7 @@ def drive(
         float, typer.Option(min=1.0, help="Longest drive to each goal, in seconds.")
     ] = 300.0,
     robot: RobotOptions,
+    faults: FaultOptions,
     settings: SettingsOptions,
     models: ModelOptions,
     viewer: DriveViewOptions,
@@ -45,7 +47,7 @@ def drive(
         andabata drive
         andabata drive --world hill --seed 7300 --goal -15,-30 --view
         andabata drive --world natural-test --seed 7300 --clip drive.gif
-        andabata drive --record drive.mcap --no-clouds
+        andabata drive --record drive.mcap --no-clouds --faults gnss:stuck@20
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60
     """
     from andabata.app.jobs.drive import DriveRequest, run_drive
@@ -54,7 +56,8 @@ def drive(
     from andabata.configuration.usage import numbers, words
 
     (name,) = words(controller, CONTROLLERS, "--controller")[:1]
-    config = settings.resolve(SimulatedRobotConfig, robot.base())
+    base = robot.base().model_copy(update={"faults": faults.read()})
+    config = settings.resolve(SimulatedRobotConfig, base)
     pairs = (numbers(text, 2, "--goal") for text in goal or ())
     request = DriveRequest(
         world=world,

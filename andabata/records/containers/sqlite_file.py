@@ -1,7 +1,10 @@
 """Reader of a ROS 2 recording's sqlite3 file, with any version of its tables."""
 
+import shutil
 import sqlite3
+import tempfile
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +19,9 @@ from andabata.records.containers.container import (
 
 MAGIC = b"SQLite format 3\0"
 """First bytes of a file of sqlite3."""
+
+_JOURNAL = "-journal"
+"""Suffix of a rollback journal, which holds the pages as they were before a commit."""
 
 _STEP = 256
 """Number of rows read at once; where one of their pages is damaged, rows are read singly."""
@@ -177,23 +183,40 @@ class SqliteFile:
 
 
 def open_database(path: Path) -> sqlite3.Connection:
-    """Open a database read-only.
+    """Open a database, which stays as it is.
 
-    The rows that a killed recorder left in a journal beside the file are read, too, if the folder
-    is writable: sqlite3 needs a shared-memory file there. Otherwise the file alone is read.
+    The rows that a killed recorder left in a log beside the file are read, too, if the folder is
+    writable: sqlite3 needs a shared-memory file there. Otherwise the file alone is read. A recorder
+    that was killed in the middle of a commit leaves a half written file and a rollback journal:
+    then a copy is read in which that commit is undone.
     """
     uri = path.resolve().as_uri()
     for mode in ("mode=ro", "mode=ro&immutable=1"):
         database = sqlite3.connect(f"{uri}?{mode}", uri=True)
         try:
             database.execute("SELECT name FROM sqlite_master").fetchall()
-        except sqlite3.OperationalError:
+        except sqlite3.OperationalError as error:
             database.close()
+            if error.sqlite_errorcode == sqlite3.SQLITE_READONLY_ROLLBACK:
+                return _rolled_back(path)
             continue
         except sqlite3.DatabaseError:
             pass
         return database
     return sqlite3.connect(f"{uri}?mode=ro&immutable=1", uri=True)
+
+
+def _rolled_back(path: Path) -> sqlite3.Connection:
+    """Open a copy of a database whose last commit, half written, is undone."""
+    with tempfile.TemporaryDirectory(prefix="andabata-") as folder:
+        copy = Path(folder) / path.name
+        for suffix in ("", _JOURNAL):
+            shutil.copyfile(f"{path}{suffix}", f"{copy}{suffix}")
+        database = sqlite3.connect(copy)
+        with suppress(sqlite3.DatabaseError):
+            # The first access undoes the commit; the file stays open after its name is gone.
+            database.execute("SELECT name FROM sqlite_master").fetchall()
+        return database
 
 
 def _connection(

@@ -3,9 +3,12 @@
 from rich.console import Console
 
 from andabata.app.perturbation_tables import offroad_tables
+from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.evaluation.fault_table import fault_rows
 from andabata.evaluation.offroad_table import summarise
-from andabata.evaluation.perturbation import perturbation_rows
-from tests.support.offroad_attempts import ARMS, PERTURBED
+from andabata.evaluation.perturbation import arms, perturbation_rows
+from andabata.machine.faults import Fault
+from tests.support.offroad_attempts import ARMS, PERTURBED, trial
 
 DATA = {
     "rows": summarise(PERTURBED, [arm.name for arm in ARMS]),
@@ -37,6 +40,18 @@ def test_the_costliest_disturbance_comes_first_in_points():
 def test_the_tables_of_worlds_have_the_undisturbed_controllers():
     """What was disturbed stands in the table of disturbances alone."""
     assert "planner@" not in printed(DATA)
+
+
+def test_faults_have_their_tables_after_those_of_worlds():
+    """The tables of worlds have the robot without a fault alone."""
+    arms_of_faults = arms(("planner",), SimulatedRobotConfig(), {}, (Fault("imu", "off"),))
+    names = [arm.name for arm in arms_of_faults]
+    driven = [each for name in names for each in trial(0, name, 3)]
+    rows = summarise(driven, names)
+    text = printed({"rows": rows, "faults": fault_rows(driven, arms_of_faults)})
+    assert "planner@" not in text
+    assert text.index("maze") < text.index("planner, each fault alone")
+    assert "imu:off" in text
 
 
 def test_without_disturbances_there_are_the_tables_of_worlds_alone():

@@ -70,6 +70,19 @@ def test_a_drive_has_a_line_for_each_goal():
     ]
 
 
+def test_a_drive_with_faults_says_what_the_health_said():
+    """In a line before those of the files; without faults there is none."""
+    faults = {"injected": ["imu:off@5"], "faulty_s": 9.0, "flagged_after_s": 0.1}
+    faults |= {"bad_commands": 0, "health_at_end": "degraded"}
+    data = {"attempts": [], "picture": "d.png"}
+    assert drive_text("title", data | {"faults": faults}).splitlines() == [
+        "title",
+        "faults: imu:off@5: health said so after 0.1 s, degraded at the end",
+        "picture: d.png",
+    ]
+    assert drive_text("title", data | {"faults": None}).splitlines() == ["title", "picture: d.png"]
+
+
 def test_a_drive_says_how_far_its_own_estimate_was_off():
     """In metres and degrees; why it was not ok, and which readings were not used, on own lines."""
     estimate = {"position_error_m": 0.5, "position_rms_m": 0.4, "position_max_m": 1.2}

@@ -10,6 +10,7 @@ from andabata.assembly.simulated_robot import (
     with_geo_reference,
 )
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
+from andabata.machine.faults import Fault
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.kinematics import Twist
 from andabata.machine.reality import LEVELS
@@ -230,3 +231,31 @@ def test_each_drive_has_a_robot_of_its_own(make_robot):
         ways.append(readings.mag.tobytes())
     assert ways[0] == ways[2]
     assert ways[0] != ways[1]
+
+
+def test_faults_begin_again_with_each_drive_and_leave_the_source_alone(make_robot):
+    """The navigator gets garbage, the same of one seed; the simulator's readings stay whole."""
+    faults = (Fault("laser", "garbage", 0.5, 0.5, 0.5),)
+    robot = make_robot(
+        FLAT.model_copy(update={"faults": faults}),
+        steering=Steering(StubController(Twist(0.3, 0.0))),
+    )
+    plain = make_robot(FLAT, steering=Steering(StubController(Twist(0.3, 0.0))))
+
+    def drive(one, seed):
+        given, received = [], []
+        one.navigator.spectators[:] = [lambda result: received.append(result.readings.horizontal)]
+        readings = one.place(Start(0.0, 0.0, 0.0), GOAL, np.random.default_rng(seed))
+        for _ in range(12):
+            given.append(readings.horizontal)
+            readings = one.step(readings)
+        return np.array(given), np.array(received)
+
+    (given, first), (_, again), (_, other) = (drive(robot, seed) for seed in (3, 3, 4))
+    source, passed = drive(plain, 3)
+    np.testing.assert_array_equal(source, passed)
+    np.testing.assert_array_equal(given, source)
+    np.testing.assert_array_equal(first, again)
+    same = (first == given).all(axis=1)
+    assert same.tolist() == [True] * 5 + [False] * 5 + [True] * 2
+    assert not np.array_equal(np.isnan(first), np.isnan(other))

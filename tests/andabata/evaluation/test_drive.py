@@ -10,14 +10,17 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.app.options.recording import RecordingOptions
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.drive import Driven, Recording, drive_once
 from andabata.evaluation.strict_verdict import StrictMeasures
 from andabata.evaluation.trial import OffroadMeasures
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
+from andabata.machine.faults import Fault
 from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.simulator import SensingConfig
+from andabata.replay.replay import replay_bag
 from andabata.tasks.episode_monitor import Outcome
 from worlds.splits import evaluation_world
 from worlds.world import Start, Task
@@ -175,6 +178,40 @@ def test_a_recorded_drive_is_the_same_drive(tmp_path):
     manifest = json.loads(next(tmp_path.glob("*.json")).read_text())
     assert (manifest["world"], manifest["seed"], manifest["controller"]) == ("maze", 0, "straight")
     assert path.stat().st_size > 1000
+
+
+def test_a_drive_with_faults_says_what_the_robot_made_of_them():
+    """The faults, from the first onset on; without any there is nothing to say."""
+    faulty = CONFIG.model_copy(update={"faults": (Fault("laser", "off", None, 1.0),)})
+    driven = drive_once("maze", 0, "straight", faulty, time_limit=3.0)
+    assert driven.faults == {
+        **{"injected": ["laser:off@1"], "faulty_s": 2.0, "flagged_after_s": None},
+        **{"bad_commands": 0, "health_at_end": "ok", "contact_after_s": None},
+    }
+    assert driven.as_dict()["faults"] == driven.faults
+    plain = drive_once("maze", 0, "straight", CONFIG, time_limit=3.0)
+    assert plain.faults is None
+    # The laser is silent from the period on that ends at 1.0 s.
+    np.testing.assert_array_equal(driven.path[:10], plain.path[:10])
+    assert driven.attempts[0].distance < plain.attempts[0].distance - 0.4
+
+
+def test_a_recording_has_the_readings_with_their_faults(tmp_path):
+    """Its replay adds none, and gives the same commands; it may add others."""
+    path = tmp_path / "drive.mcap"
+    texts = ("gnss:jump=50@2", "wheels:off@3+2", "laser:slow=0.5@4")
+    faults = tuple(map(Fault.parse, texts))
+    config = SimulatedRobotConfig(plant="kinematic", faults=faults)
+    record = Recording(path, clouds=False, local_map=False)
+    driven = drive_once("hill", 7302, "reactive", config, record=record, time_limit=6.0)
+    assert driven.faults["flagged_after_s"] is not None
+    same = replay_bag(path)
+    assert (same["differing_scans"], same["differing_commands"], same["faults"]) == (0, 0, None)
+    assert same["scans"] > 10
+    more = replay_bag(path, RecordingOptions().replay(faults=[Fault.parse("imu:off@1+3")]))
+    assert more["faults"]["injected"] == ["imu:off@1+3"]
+    assert more["faults"]["flagged_after_s"] == pytest.approx(0.1, abs=0.11)
+    assert more["differing_commands"] + more["differing_scans"] > 0
 
 
 def test_the_command_draws_a_drive(capsys, tmp_path):

@@ -84,6 +84,7 @@ def test_a_table_of_the_right_form_is_taken():
         ({"world": "maze"}, "world: expected natural-test .*, got maze"),
         ({"goals": 1}, "goals: expected 3 .*, got 1"),
         ({"perturb": {"lag": 0.2}}, "perturb: expected {}"),
+        ({"faults": ("imu:off",)}, r"faults: expected \(\)"),
         ({"simulated_robot": SimulatedRobotConfig()}, "reality: expected field .*, got ideal"),
         ({"trials": 24}, "trials: expected 200 or more .*, got 24"),
         ({"controllers": ("planner", *JUDGED_BESIDE[1:])}, "got none named random.planner"),

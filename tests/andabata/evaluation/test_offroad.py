@@ -260,6 +260,45 @@ def test_disturbances_drive_the_same_worlds_and_change_no_other_drive():
         assert same.distance == first.distance  # With the true pose no fix is read.
 
 
+def test_faults_drive_the_same_up_to_their_onset_and_come_with_the_response():
+    """The robot without a fault drives as without the others, and is watched from the first on."""
+    faults = ("laser:off@1.5", "laser:off@2.5", "laser:off@60")
+    plain = rows_of(small(), "straight", Models())
+    config = small(faults=faults)
+    found = run_comparison(OffroadComparison.of(config, Models()))
+    by_name = {arm.name: [a for a in found if a.contender == arm.name] for arm in config.arms}
+    assert [*by_name] == ["straight", *(f"straight@{fault}" for fault in faults)]
+    responses = {
+        name: [each.detail.response.faulty_s for each in some] for name, some in by_name.items()
+    }
+    assert [*responses.values()] == [[2.5] * 3, [2.5] * 3, [1.5] * 3, [0.0] * 3]
+    assert [replace(a, detail=replace(a.detail, response=None)) for a in by_name["straight"]] == (
+        plain
+    )
+    # Without a scan there is no decision: the robot stands from the onset on.
+    first, early, later, never = ([each.distance for each in some] for some in by_name.values())
+    assert all(a < b - 0.2 < c - 0.4 for a, b, c in zip(early, later, first, strict=True))
+    assert never == first
+
+
+def test_responses_go_through_their_rows():
+    """The last attempt of a trial has it; rows without faults do not name it."""
+    config = small(goals=1, faults=("imu:off",), perturb={"lag": 0.2})
+    base, late, faulty = drive_trial(config, Models(), 0)
+    assert late.detail.response is None
+    assert "fault_response" not in attempt_row(late)
+    for attempt in (base, faulty):
+        again = attempt_of(json.loads(json.dumps(attempt_row(attempt))))
+        assert again.detail.response == attempt.detail.response
+        assert again.detail.response.faulty_s == 4.0
+
+
+def test_a_fault_is_driven_once():
+    """The same one twice would be one contender."""
+    with pytest.raises(ValueError, match="expected each fault once, got imu:off twice"):
+        small(faults=("imu:off", "imu:off@0"))
+
+
 def test_disturbances_that_there_are_not_are_refused():
     """A setting of an unknown disturbance names it."""
     with pytest.raises(ValueError, match=r"perturb\.latenzy: .*did you mean latency"):

@@ -4,6 +4,7 @@ import pytest
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.perturbation import arms, perturbation_rows, with_disturbance
+from andabata.machine.faults import Fault
 from andabata.machine.reality import LEVELS, Reality
 from tests.support.offroad_attempts import ARMS, PERTURBED, trial
 
@@ -27,6 +28,18 @@ def test_each_disturbance_is_alone_in_its_arm():
     )
 
 
+def test_each_fault_is_alone_in_its_arm():
+    """It stands beside the robot's own faults; disturbances come before."""
+    own, other = Fault("imu", "off"), Fault.parse("gnss:stuck@20")
+    base = ROBOT.model_copy(update={"faults": (own,)})
+    found = arms(("planner",), base, {"lag": 0.2}, (other,))
+    assert [arm.name for arm in found] == ["planner", "planner@lag=0.2", "planner@gnss:stuck@20"]
+    assert [arm.robot.faults for arm in found] == [(own,), (own,), (own, other)]
+    assert [arm.is_base for arm in found] == [True, False, False]
+    assert found[2].robot.reality == base.reality
+    assert [arm.fault for arm in found] == [None, None, other]
+
+
 def test_trials_that_reach_all_goals_are_compared_in_pairs():
     """A disturbance that loses two of four trials and gains none costs half, in its interval."""
     late, bent = perturbation_rows(PERTURBED, ARMS)
@@ -41,6 +54,13 @@ def test_trials_that_reach_all_goals_are_compared_in_pairs():
     assert (bent["difference"], bent["mcnemar_lost"], bent["mcnemar_gained"]) == (-0.5, 2, 0)
     assert bent["mcnemar_p"] == pytest.approx(0.5)
     assert -1.0 <= bent["difference_low"] < -0.5 < bent["difference_high"] < 0.5
+
+
+def test_faults_are_no_disturbances():
+    """Their arms have a table of their own."""
+    both = arms(("planner",), ROBOT, {"lag": 0.2}, (Fault("imu", "off"),))
+    driven = [each for arm in both for each in trial(0, arm.name, 3)]
+    assert [row["disturbance"] for row in perturbation_rows(driven, both)] == ["lag"]
 
 
 def test_each_controller_is_compared_with_itself():

@@ -68,6 +68,8 @@ def test_a_heading_that_is_unknown_is_a_whole_turn():
         ("gnss: not accepted for 9.0 s, no valid reading arrives", "gnss: not accepted"),
         ("heading: uncertain by 40 degrees, limit 20", "heading: uncertain"),
         ("imu: silent for 1.0 s", "imu: silent"),
+        ("imu: repeats its last row, for 1.0 s", "imu: repeats its last row"),
+        ("gnss: off by 110 m, farther than the robot can have driven", "gnss: off"),
     ],
 )
 def test_causes_of_a_kind_are_alike_without_their_numbers(cause, kind):

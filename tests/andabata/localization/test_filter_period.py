@@ -99,6 +99,15 @@ def test_a_rate_that_no_robot_turns_at_is_rejected():
     assert first_inertial(measurements.imu[:2]) == 2
 
 
+def test_the_first_inertial_row_lies_in_its_time():
+    """After the begin, which is no row of the time, and up to the end, which is one."""
+    imu = period(STAMPS).imu
+    assert first_inertial(imu, 0.03, 0.08) == 3
+    assert first_inertial(imu, 0.03, 0.04) == 3
+    assert first_inertial(imu, 0.03, 0.039) == len(imu)
+    assert first_inertial(imu, 1000.0) == len(imu)
+
+
 def test_a_step_longer_than_the_limit_is_rejected():
     """An inertial row after a long gap is rejected."""
     counts = run(period(np.array([2.5])))[3]

@@ -120,5 +120,10 @@ def test_its_status_is_ok_with_the_covariance_of_its_own_errors():
         errors.append([*localizer.pose.position[:2], localizer.pose.yaw])
     status = localizer.status
     assert (status.health, status.causes) == (Health.OK, ())
+    localizer.report(("laser: silent for 0.4 s",))
+    assert localizer.health is Health.DEGRADED
+    assert localizer.status.causes == ("laser: silent for 0.4 s",)
+    localizer.reset(ORIGIN, 0.0)
+    assert localizer.health is Health.OK
     expected = np.sqrt(np.diag(status.planar_covariance))
     np.testing.assert_allclose(np.std(errors, axis=0), expected, rtol=0.1)

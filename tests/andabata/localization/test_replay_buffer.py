@@ -77,3 +77,10 @@ def test_the_latest_finite_state_is_found():
     np.testing.assert_array_equal(kept.latest_finite_state(), np.full(18, 2.0))
     kept.clear()
     assert kept.latest_finite_state() is None
+
+
+def test_a_buffer_reaches_back_to_its_first_period():
+    """From its begin on, and not before; an empty one reaches nothing."""
+    kept = buffer(1.0, 1.1)
+    assert [kept.reaches(stamp) for stamp in (0.99, 1.0, 1.05, 9.0)] == [False, True, True, True]
+    assert not buffer().reaches(1.0)

@@ -105,6 +105,27 @@ def test_late_fixes_are_as_good_as_punctual_ones(drive):
     np.testing.assert_allclose(late[-5, :2], punctual[-5, :2], atol=0.15)
 
 
+def test_a_fix_that_is_sent_again_counts_once(drive):
+    """Punctual or late, and one that is too old or too far ahead does not change a bit either."""
+
+    def with_bad(readings):
+        if readings.gnss is None or not len(readings.gnss) or readings.stamp < 5.0:
+            return readings
+        old, ahead = readings.gnss[-1:].copy(), readings.gnss[-1:].copy()
+        old[:, 0] -= 10.0
+        ahead[:, 0] += 10.0
+        again = np.concatenate([readings.gnss, readings.gnss, old, ahead])
+        return replace(readings, gnss=again)
+
+    once, _ = run(drive, seconds=30.0)
+    again, _ = run(drive, with_bad, seconds=30.0)
+    assert again.belief.x.tobytes() == once.belief.x.tobytes()
+    assert again.belief.P.tobytes() == once.belief.P.tobytes()
+    (accepted, gated, _), (same, also, rejected) = once.counts["gnss"], again.counts["gnss"]
+    assert (same, also) == (accepted, gated)
+    assert rejected == 3 * sum(len(r.gnss) > 0 for r in drive if 5.0 <= r.stamp <= 30.0) > 60
+
+
 def test_a_late_fix_gives_the_very_estimate_of_a_punctual_one(drive):
     """A fix that arrives 0.7 s late acts at its own time: the state is the same, bit for bit."""
     fix = fix_at(drive, 203).gnss
@@ -253,6 +274,157 @@ def test_it_continues_without_a_silent_sensor_and_warns(drive, missing, health, 
     assert localizer.health is health
     assert localizer.warnings
     assert position(errors) < bound
+
+
+@pytest.mark.parametrize("sense", ["imu", "encoders", "mag"])
+def test_a_sense_that_sends_nothing_valid_is_a_silent_one(drive, sense):
+    """Rows of NaN, and rows of a thousand seconds ago, end in the very health of no rows at all."""
+
+    def changed(readings, rows):
+        return replace(readings, **{sense: rows}) if readings.stamp > 10 else readings
+
+    def invalid(readings):
+        rows = getattr(readings, sense)
+        return changed(readings, rows * [1.0, *[np.nan] * (rows.shape[1] - 1)])
+
+    def old(readings):
+        rows = getattr(readings, sense)
+        return changed(readings, rows - [1000.0, *[0.0] * (rows.shape[1] - 1)])
+
+    steps = drive[1:]  # A drive begins without a row.
+    silent, errors = run(steps, lambda readings: changed(readings, None), seconds=40.0)
+    assert silent.health is Health.DEGRADED
+    for change in (invalid, old):
+        localizer, others = run(steps, change, seconds=40.0)
+        assert localizer.warnings == silent.warnings
+        np.testing.assert_array_equal(others, errors)
+    name = {"imu": "imu", "encoders": "wheels", "mag": "compass"}[sense]
+    assert localizer.counts[name][2] >= 3000
+    if sense != "imu":
+        assert localizer.status.unused[name]["stale: too old or out of order"] == 3000
+
+
+FAULT = 40.0
+"""Time from which on a sense fails [s]."""
+
+
+def repeated(field):
+    """Return a change after which a sense repeats its last row, with new stamps."""
+    last = []
+
+    def change(readings):
+        rows = getattr(readings, field)
+        if rows is None or not len(rows):
+            return readings
+        if readings.stamp < FAULT:
+            last[:] = [rows[-1, 1:].copy()]
+            return readings
+        rows = rows.copy()
+        rows[:, 1:] = last[0]
+        return replace(readings, **{field: rows})
+
+    return change
+
+
+def out_of_scale(field, columns, factor):
+    """Return a change of the scale of a sense."""
+
+    def change(readings):
+        rows = getattr(readings, field)
+        if rows is None or readings.stamp < FAULT:
+            return readings
+        rows = rows.copy()
+        rows[:, columns] *= factor
+        return replace(readings, **{field: rows})
+
+    return change
+
+
+def watched(drive, change):
+    """Return the localizer, its errors, and the stamp and words of the first warning after."""
+    localizer, errors, first = UkfLocalizer(UkfConfig(), ROBOT, GeoReference()), [], None
+    localizer.reset(drive[0].truth.pose, 0.0)
+    for readings in drive:
+        localizer.update(change(readings))
+        errors.append(localizer.pose.position[:2] - readings.truth.pose.position[:2])
+        if first is None and localizer.health is not Health.OK:
+            first = readings.stamp, localizer.status.cause
+    return localizer, np.hypot(*np.array(errors).T), first
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "within"),
+    [
+        (repeated("gnss"), "gnss: repeats its last fix while the wheels turn, for", 2.2),
+        (repeated("imu"), "imu: repeats its last row while the wheels turn, for", 0.7),
+        (repeated("mag"), "compass: repeats its last row while the robot moves, for", 0.7),
+        # The bend of this drive is long: the yaw rate changes slowly.
+        (repeated("encoders"), "wheels: ", 4.0),
+        (out_of_scale("imu", slice(4, 7), 2.0), "gravity: ", 0.5),
+        (out_of_scale("imu", slice(1, 4), 2.0), "imu: its gyro contradicts", 3.5),
+        (out_of_scale("encoders", slice(1, 3), 2.0), "wheels: ", 3.5),
+        (out_of_scale("encoders", slice(1, 3), 10.0), "wheels: ", 0.4),
+    ],
+)
+def test_a_sense_that_lies_is_named_and_not_believed(drive, change, words, within):
+    """Seconds after it began; the error is within 2 % of the way and 1 m, 1.5 m without an IMU."""
+    localizer, errors, (stamp, cause) = watched(drive, change)
+    assert FAULT <= stamp <= FAULT + within
+    assert cause.startswith(words)
+    assert localizer.health is Health.DEGRADED
+    name = words.split(":")[0]
+    assert errors[-1] < 1.0 + 0.02 * 0.3 * (120.0 - FAULT) + 0.5 * (name == "imu")
+    assert localizer.counts[name][2] > (5 if name == "gnss" else 500)
+    assert set(localizer.status.unused[name]) & {"repeated", "out of scale"}
+
+
+def test_the_estimate_is_never_moved_towards_a_fix_that_repeats_itself(drive):
+    """A receiver that hangs while all its places are coarse is not followed either."""
+
+    def coarse(readings):
+        fixes = readings.gnss
+        if fixes is None or not len(fixes):
+            return readings
+        fixes = fixes.copy()
+        fixes[:, 1:3] = np.round(fixes[:, 1:3], 5)
+        fixes[:, 3] = 60.0
+        return replace(readings, gnss=fixes)
+
+    hang = repeated("gnss")
+    localizer, errors, _ = watched(drive, lambda readings: hang(coarse(readings)))
+    assert localizer.health is Health.DEGRADED
+    assert errors[-1] < 2.5
+    assert np.sqrt(localizer.covariance[0, 0]) < 2.0
+
+
+def test_a_fix_out_of_reach_is_told_at_once(drive):
+    """The first fix that is off by a hundred metres is in the health word, and moves nothing."""
+
+    def jumping(readings):
+        fixes = readings.gnss
+        if fixes is None or readings.stamp < FAULT:
+            return readings
+        return replace(readings, gnss=fixes + np.array([0, 0.001, 0, 0, 0]))
+
+    localizer, errors, (stamp, cause) = watched(drive[:460], jumping)
+    first = next(r.stamp for r in drive if r.stamp >= FAULT and r.gnss is not None and len(r.gnss))
+    assert stamp == first
+    assert cause.startswith("gnss: off by 11")
+    assert errors.max() < 1.5
+    assert localizer.status.cause.startswith("gnss: not accepted")
+
+
+def test_what_is_reported_is_in_health_and_status_until_the_next_report(drive):
+    """A laser is no sense of the filter, and yet in its word."""
+    localizer, _ = run(drive, seconds=1.0)
+    localizer.report(("laser: silent for 0.4 s",))
+    assert localizer.health is Health.DEGRADED
+    assert localizer.status.causes == ("laser: silent for 0.4 s",)
+    localizer.report(())
+    assert localizer.health is Health.OK
+    localizer.report(("laser: silent for 0.4 s",))
+    localizer.reset(drive[0].truth.pose, 0.0)
+    assert localizer.health is Health.OK
 
 
 def test_it_recovers_when_a_sensor_sends_again(drive):
@@ -493,7 +665,7 @@ def test_far_from_the_origin_odom_is_near_its_own(drive):
 
 
 def test_it_restarts_at_its_last_position(drive):
-    """A covariance that is not positive definite leads to a restart in place."""
+    """A covariance that is not positive definite leads to a restart in place, in great doubt."""
     localizer = UkfLocalizer(UkfConfig(), ROBOT, GeoReference())
     pose = drive[0].truth.pose
     localizer.reset(replace(pose, position=np.array([20.0, 30.0, 0.0])), 0.0, rough=True)
@@ -501,6 +673,7 @@ def test_it_restarts_at_its_last_position(drive):
     localizer._P[:] = -1.0
     localizer.update(drive[2])
     np.testing.assert_allclose(localizer.pose.position[:2], [20.0, 30.0], atol=0.5)
+    assert np.sqrt(np.diag(localizer.covariance)) == pytest.approx([10.0, 10.0, 0.5], rel=0.02)
 
 
 def test_without_a_heading_two_fixes_tell_it(drive):

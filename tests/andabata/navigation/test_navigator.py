@@ -319,17 +319,51 @@ def drive(robot, seconds, change=lambda readings: readings):
     return commands
 
 
-def test_the_robot_stops_when_the_laser_is_silent_and_goes_on_afterwards(simulated_robot):
-    """It drives on by the last cloud until that is stale, then stands until there is a new one."""
+def frozen(readings):
+    """Return readings whose sweeps are all the first one of a drive's seventh second."""
+    first = frozen.ranges if frozen.ranges is not None else readings.sweeps.ranges[:1]
+    frozen.ranges = first
+    ranges = np.repeat(first, len(readings.sweeps.ranges), axis=0)
+    return replace(readings, sweeps=replace(readings.sweeps, ranges=ranges))
+
+
+def invalid(readings):
+    """Return readings whose sweeps are no numbers."""
+    return replace(
+        readings, sweeps=replace(readings.sweeps, ranges=readings.sweeps.ranges * np.nan)
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda readings: replace(readings, sweeps=None), "laser: silent for 0.4 s"),
+        (invalid, "laser: silent for 0.4 s, what arrives is invalid"),
+        (frozen, "laser: silent for 0.4 s, it repeats its last ranges"),
+    ],
+)
+def test_the_robot_stops_by_the_last_arrival_and_goes_on_afterwards(simulated_robot, change, words):
+    """0.3 s and a control step after the last ranges that count it stands, however young the cloud
+    is, and its health says why; the next ranges end it.
+    """
+    frozen.ranges = None
     assert drive(simulated_robot, 6.0)[-1] != STANDSTILL
-    silent = drive(simulated_robot, 9.0, lambda readings: replace(readings, sweeps=None))
-    moving = [wheels != STANDSTILL for wheels in silent]
-    until = moving.index(False)
-    # The cloud was at most a half turn old, and may be five seconds old.
-    assert 1.0 <= until / 10 <= 5.2
-    assert not any(moving[until:])
-    again = drive(simulated_robot, 8.0)
-    assert again[-1] != STANDSTILL
+    silent = drive(simulated_robot, 0.3, change)
+    # The first frozen sweep is the last that counts.
+    until = 4 if change is frozen else 3
+    silent += drive(simulated_robot, 0.1 * (until - 2), change)
+    assert [wheels == STANDSTILL for wheels in silent] == [False] * until + [True]
+    status = simulated_robot.localizer.status
+    assert (status.health, status.causes) == (Health.DEGRADED, (words,))
+    assert drive(simulated_robot, 2.0, change)[-1] == STANDSTILL
+    assert drive(simulated_robot, 0.2)[-1] != STANDSTILL
+    assert simulated_robot.localizer.status.causes == ()
+
+
+def test_a_robot_without_a_laser_has_none_to_miss():
+    """Without any arrival a learner that steers by something else drives on."""
+    navigator, *_ = make()
+    assert STANDSTILL not in [result.wheels for result in steps(navigator, 100)]
 
 
 def test_the_robot_stops_when_it_is_lost(simulated_robot):
@@ -364,7 +398,7 @@ class Writer:
 
 
 def test_a_silent_laser_is_reported_when_the_robot_stops(simulated_robot):
-    """Diagnostics warn before the first cloud, are well with one, and fail when it is stale."""
+    """Diagnostics warn before the first cloud and of a silent laser, and fail when none is left."""
     robot, written, builder = simulated_robot, Writer(), MessageBuilder(1)
     recorder = Recorder(
         MessageQueue(written, builder),
@@ -380,9 +414,9 @@ def test_a_silent_laser_is_reported_when_the_robot_stops(simulated_robot):
     reported = [
         (stamp - builder.epoch_ns) / NS
         for topic, stamp, message in written.messages
-        if topic is DIAGNOSTICS and "cloud: 5" in message.status[0].message
+        if topic is DIAGNOSTICS and "laser: silent for 0.4 s" in message.status[0].message
     ]
-    assert reported[0] == pytest.approx(held, abs=0.2)
+    assert reported[0] == pytest.approx(held)
     levels = [m.status[0].level for topic, _, m in written.messages if topic is DIAGNOSTICS]
     assert levels[0] == 1  # No cloud yet.
     assert 0 in levels

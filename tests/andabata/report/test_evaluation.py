@@ -1,6 +1,8 @@
 """Report of evaluations off-road: tables, the paper's beside, failures with picture and cause."""
 
+import json
 import re
+import shutil
 
 import pytest
 
@@ -57,6 +59,29 @@ def test_failures_have_cause_and_picture(text):
     assert "<summary>reactive: collision, rock (6)</summary>" in failures
     assert failures.count("data:image/webp") == 6
     assert "<summary>All 6 failed drives</summary>" in failures
+
+
+def test_faults_have_a_table_for_each_controller(folder, text, tmp_path):
+    """The robot without a fault comes first; an evaluation without faults has no section."""
+    assert 'id="faults"' not in text
+    own = tmp_path / "faulty"
+    shutil.copytree(folder, own)
+    row = {"controller": "planner", "fault": "", "trials": 3, "faulty": 3, "flagged": 0}
+    row |= {"flagged_within_2_s": 0, "flagged_after_s": None, "contacts": 0}
+    row |= {"contacts_after_flag": 0, "bad_commands": 0, "position_error_m": 0.5}
+    row |= {"successes": 3, "difference": None, "difference_low": None, "difference_high": None}
+    off = row | {"fault": "gnss:off@20", "flagged": 2, "flagged_after_s": 5.25}
+    off |= {"difference": -0.5, "difference_low": -0.9, "difference_high": 0.1}
+    data = json.loads((own / "evaluation.json").read_text())
+    data["faults"] = [row, off, row | {"controller": "reactive"}]
+    (own / "evaluation.json").write_text(json.dumps(data))
+    page, shown = report_evaluation(own)
+    section = page.to_bytes().decode().split('<h2 id="faults">')[1].split("<h2")[0]
+    assert "in the same 3 trials" in section
+    assert section.count("<caption>") == 2
+    assert section.index("gnss:off@20") < section.index("<caption>reactive</caption>")
+    assert "flagged after [s]" in section
+    assert shown["faults"] == data["faults"]
 
 
 def test_pictures_have_a_limit_and_the_rest_is_named(folder, monkeypatch):

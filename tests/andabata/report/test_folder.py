@@ -47,7 +47,9 @@ def test_a_missing_folder_and_one_without_a_run_are_told_apart(capsys, tmp_path)
 
 
 def test_a_damaged_description_is_named(capsys, tmp_path):
-    """Half a file, and one that holds no object."""
+    """Half a file, one that is nested too deep, and one that holds no object."""
+    (tmp_path / "run.json").write_text("[" * 100_000)
+    assert "run.json: expected JSON, got a damaged file" in refused(capsys, tmp_path)
     (tmp_path / "run.json").write_text('{"verb": "dri')
     assert "run.json: expected JSON, got a damaged file" in refused(capsys, tmp_path)
     (tmp_path / "run.json").write_text("[1]")

@@ -11,6 +11,7 @@ from andabata.report.results_tables import (
     StoredRows,
     laser_words,
     main,
+    pages_of,
     rewritten,
     tables,
     write_tables,
@@ -55,7 +56,7 @@ def pages(tmp_path):
 def test_tables_of_the_pages_are_those_of_the_stored_rows():
     """Nobody has typed into them, and each file has its table."""
     known = tables(ROOT / PAGES)
-    texts = {page: page.read_text(encoding="utf-8") for page in (ROOT / PAGES).glob("*.md")}
+    texts = {page: page.read_text(encoding="utf-8") for page in pages_of(ROOT / PAGES)}
     assert all(rewritten(text, known) == text for text in texts.values())
     used = re.findall(r"<!-- table: ([a-z0-9-]+) -->", "".join(texts.values()))
     assert sorted(used) == sorted(known)
@@ -116,6 +117,21 @@ def test_rows_of_a_run_are_stored_and_become_the_table(run, pages, capsys):
         "| room | reached |\n| --- | --- |\n| one | 3 of 4 |\n| two | 1 of 4 |"
         in (pages / "rooms.md").read_text()
     )
+
+
+def test_a_dated_run_stands_with_its_command_under_its_table(run, pages):
+    """On the page of reliability, beside the folder: rows of any keys, as they are."""
+    about = {"verb": "soak", "command": "soak --minutes 10", "commit": "abc", "date": "2026-11-27"}
+    (run / "run.json").write_text(json.dumps(about))
+    (run / "evaluation.json").write_text(json.dumps({"rows": [{"promise": "a", "kept": "yes"}]}))
+    page = pages.parent / "reliability.md"
+    page.write_text("# A\n\n<!-- table: soak -->\n<!-- end of table -->\n")
+    (pages / "rooms.md").unlink()
+    words = ["--pages", str(pages), "--keep", str(run), "--name", "soak"]
+    main([*words, "--columns", "promise,kept"])
+    table = "| promise | kept |\n| --- | --- |\n| a | yes |\n"
+    assert f"{table}\n`soak --minutes 10`, commit abc, 2026-11-27.\n" in page.read_text()
+    assert list(write_tables(pages)) == []
 
 
 def test_figures_of_code_without_a_commit_are_not_stored(run):

@@ -9,6 +9,7 @@ import pytest
 
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.bench.studies.ros_graph import finished_bag, running
+from andabata.machine.faults import Fault
 from andabata.machine.reality import Reality
 from andabata.records import topics
 from andabata.records.bags import Bag
@@ -90,6 +91,18 @@ def test_the_simulated_robot_is_as_real_as_its_settings(scene):
     _, late, _ = drive(scene, commands, reality=Reality(latency=2.0))
     assert np.ptp(places(prompt), axis=0).max() > 0.1
     assert np.ptp(places(late), axis=0).max() < 0.01
+
+
+def test_faults_of_the_settings_are_published(scene):
+    """Encoders that are off from 1 s on send nothing from then on; the truth is sent as ever."""
+    counts = [
+        Counter(topic.ros1 for _, topic, _ in drive(scene, [], faults=faults)[1].messages)
+        for faults in ((), (Fault("wheels", "off", onset=1.0),))
+    ]
+    assert counts[1]["/encoder_data"] == 90
+    assert counts[0]["/encoder_data"] > 200
+    for topic in ("/imu", "/ground_truth"):
+        assert counts[1][topic] == counts[0][topic]
 
 
 @needs_ros

@@ -26,6 +26,12 @@ def test_the_first_versions_names_are_known():
     np.testing.assert_array_equal(pcd.parse(data)["y"], POINTS[:, 1])
 
 
+def test_a_header_without_a_form_is_refused():
+    """A file whose line DATA is lost has no body that can be read."""
+    with pytest.raises(FormatError, match=r"POINTS and DATA, got 'DATA'"):
+        pcd.parse(pcd_file(POINTS).replace(b"\nDATA ", b"\nDATA\x9f"))
+
+
 def test_the_quaternion_begins_with_w_and_gets_length_one():
     """The pose is position and quaternion w, x, y, z; none, or nothing but zeros, is no pose."""
     found = pcd.viewpoint(pcd_file(POINTS, "1 2 3 2 0 0 2"))

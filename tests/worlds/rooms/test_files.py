@@ -66,6 +66,9 @@ def test_names_that_end_in_toml_are_files():
     ("text", "wrong"),
     [
         ("half = [", "expected a room as TOML, got"),
+        ("half = " + 5000 * "[", "expected a room as TOML, got"),
+        ("half = " + 5000 * "9", "expected a room as TOML, got"),
+        ("about = '\udcff'", "expected a room as TOML, got"),
         ("half = [1.0, 1.0]", "about: expected a room, got Field required"),
         ('about = ""\nhalf = [1.0, 1.0]\nwals = []', "wals: expected a room, got Extra inputs"),
         ('about = ""\nhalf = [1.0, 1.0]\noutlines = [[[0.0, nan]]]', "outlines.0.0.1: expected"),
@@ -76,6 +79,6 @@ def test_names_that_end_in_toml_are_files():
 def test_what_is_no_room_is_refused(tmp_path, text, wrong):
     """The error names the file, and the field if there is one."""
     path = tmp_path / "bad.toml"
-    path.write_text(text, encoding="utf-8")
+    path.write_bytes(text.encode("utf-8", "surrogateescape"))
     with pytest.raises(RoomFileError, match=rf"bad\.toml: .*{wrong}"):
         load_room(path)

@@ -108,9 +108,12 @@ def test_other_paths_are_refused(tmp_path, cells, message):
         read_barn_path(path)
 
 
-@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"\x93NUMPY\x01\x00v\x00{"])
+_OPEN_BRACE = b"\x93NUMPY\x01\x00\x08\x00{'a':({ \n"
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"\x93NUMPY\x01\x00v\x00{", _OPEN_BRACE])
 def test_what_is_no_array_is_refused(tmp_path, content):
-    """Empty, another kind of file, cut off."""
+    """Empty, another kind of file, cut off, a header that numpy cannot parse."""
     path = tmp_path / "path_1.npy"
     path.write_bytes(content)
     with pytest.raises(BarnFileError, match=r"path_1.npy: expected"):

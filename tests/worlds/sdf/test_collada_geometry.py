@@ -99,6 +99,7 @@ def test_what_contradicts_itself_is_refused(tmp_path, old, new, wrong):
     [
         (polylist("3 3", "0 1 2"), "expected as many indices as 6 corners of 1 each need, got 3"),
         (polylist("6 -3", "0 1 2"), "expected as many indices"),
+        (polylist("", "0 1 2"), "expected as many indices as 0 corners of 1 each need, got 3"),
         (f"<polylist>{VERTEX}<p>0 1 2</p></polylist>", "expected <vcount> inside, got none"),
         (f"<polygons>{VERTEX}<ph><p>0 1 2</p></ph></polygons>", "<polygons> without holes"),
     ],

@@ -31,7 +31,7 @@ def test_the_command_prints_one_table_and_resumes(capsys, tmp_path):
 
     data = result()
     assert data["reality"] == "field"
-    assert "perturbations" not in data
+    assert not {"perturbations", "faults"} & set(data)
     (pair,) = data["differences"]
     assert (pair["controller"], pair["against"], pair["trials"]) == ("oracle", "straight", 2)
     assert set(data["rows"][0]) >= {

@@ -2,6 +2,7 @@
 
 from andabata.app.options.recording import RecordingOptions
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.machine.faults import Fault
 
 
 def test_every_option_reaches_the_replay():
@@ -23,6 +24,15 @@ def test_every_option_reaches_the_replay():
     robot = found.configure(SimulatedRobotConfig()).robot
     assert robot.wheel_radius == 0.3
     assert robot.mass != SimulatedRobotConfig().robot.mass
+
+
+def test_faults_are_added_to_the_recorded_readings():
+    """They are settings of the replay; those of the recording stay there."""
+    fault = Fault("gnss", "stuck", onset=20.0)
+    found = RecordingOptions().replay(faults=[fault])
+    assert found.configure(SimulatedRobotConfig()).faults == (fault,)
+    more = RecordingOptions(settings=['faults=["imu:off"]']).replay(faults=[fault])
+    assert more.configure(SimulatedRobotConfig()).faults == (Fault("imu", "off"),)
 
 
 def test_without_options_all_is_as_recorded():

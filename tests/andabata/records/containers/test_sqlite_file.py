@@ -1,6 +1,8 @@
 """sqlite3 files of ROS 2 are read alone, in every version of the tables, and when damaged."""
 
 import sqlite3
+import subprocess
+import sys
 
 import pytest
 
@@ -53,6 +55,28 @@ def test_the_journal_of_a_killed_recorder_is_read(tmp_path):
         (tmp_path / f"y.db3{suffix}").write_bytes((tmp_path / f"x.db3{suffix}").read_bytes())
     database.close()
     assert notes_of(tmp_path / "y.db3") == EVERY[:6]
+
+
+_KILLED_IN_A_COMMIT = """
+import os, signal, sqlite3, sys
+database = sqlite3.connect(sys.argv[1])
+# Pages that do not fit into the cache are written before the commit.
+database.execute("PRAGMA cache_size=1")
+database.execute("UPDATE messages SET data = zeroblob(300)")
+rows = [(number,) for number in range(2000, 2500)]
+database.executemany("INSERT INTO messages VALUES(?, 1, 0, zeroblob(2000))", rows)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_commit_that_a_kill_has_cut_is_undone(tmp_path):
+    """The messages before it are read, from a copy: the files stay as the recorder left them."""
+    path = write_db3(tmp_path / "x.db3", 600)
+    subprocess.run([sys.executable, "-c", _KILLED_IN_A_COMMIT, str(path)], check=False)
+    files = {each.name: each.read_bytes() for each in tmp_path.iterdir()}
+    assert sorted(files) == ["x.db3", "x.db3-journal"]
+    assert notes_of(path) == [f"note {k}" for k in range(600)]
+    assert {each.name: each.read_bytes() for each in tmp_path.iterdir()} == files
 
 
 def test_messages_in_damaged_pages_are_left_out(tmp_path):

@@ -1,10 +1,10 @@
-"""The soak: floors of goals, and what it says below them."""
+"""Drives in worlds: floors of goals, and what is said below them."""
 
 import pytest
 
-from andabata.bench.studies import soak
 from andabata.bench.studies.privileged import Drive
-from andabata.bench.studies.soak import FLOOR, WORLDS, floor_of, shortfalls
+from andabata.bench.studies.soak import worlds
+from andabata.bench.studies.soak.worlds import FLOOR, WORLDS, floor_of, shortfalls
 
 
 def drives(*reached):
@@ -25,12 +25,12 @@ def test_only_goals_below_the_floor_are_named():
     assert len(shortfalls((0, 0, 0), WORLDS)) == 3
 
 
-@pytest.mark.parametrize(("third", "code"), [(20, 0), (19, 1)])
-def test_the_exit_code_is_one_below_the_floor(third, code, capsys, monkeypatch):
-    """The table is printed either way, the shortfall on standard error."""
+@pytest.mark.parametrize(("third", "failed"), [(20, 0), (19, 1)])
+def test_a_shortfall_is_a_failure(third, failed, tmp_path, monkeypatch):
+    """The figure has the goals either way; the shortfall is named."""
     ended = drives(*[3] * third, *[2] * (WORLDS - third))
-    monkeypatch.setattr(soak, "soak", lambda *_: ended)
-    assert soak.main([]) == code
-    found = capsys.readouterr()
-    assert f"| {third} [" in found.out
-    assert ("goal 3" in found.err) == bool(code)
+    monkeypatch.setattr(worlds, "drive_worlds", lambda *_: ended)
+    outcome = worlds.worlds_are_driven(WORLDS, tmp_path)
+    assert (outcome.trials, outcome.failed) == (WORLDS, failed)
+    assert outcome.figure == f"goals 1, 2 and 3 in 24, 24 and {third} of 24 worlds"
+    assert ["goal 3" in text for text in outcome.failures] == [True] * failed

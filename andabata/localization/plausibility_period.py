@@ -1,0 +1,383 @@
+"""One period of the plausibility of inertial unit, encoders and compass: runs, turns, forces."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andabata.localization.filter_state import GYRO_BIAS_Y, GYRO_BIAS_Z, PITCH, ROLL, YAW
+from andabata.localization.measurements import FORCE, GYRO, LEFT, RIGHT, STAMP
+from andabata.localization.sense_watch import (
+    COMPASS,
+    FORCE_PERIODS,
+    FORCES,
+    IMU,
+    PERIODS,
+    TURN_TIME,
+    WHEEL_REPEAT_TIME,
+    WHEELS,
+    PlausibilityConfig,
+    Watch,
+    Wheel,
+    watch_of,
+)
+from andabata.machine.proprioception import GRAVITY
+from terrain.kernel import borrowing_kernel
+
+REPEATED, SCALE = 1, 2
+"""Reasons why a sense is not believed; 0 is none."""
+
+_MAX_PERIOD = 0.5
+"""Longest period whose turns are compared [s]."""
+
+_ROWS_OF_A_RUN = 5
+"""Least number of equal rows that can be a sensor that hangs."""
+
+_AGREEMENT = (0.1, 0.2)
+"""Difference of two turns, and its share of the larger one, at which two senses agree [rad]."""
+
+_DIFFERENCE = (0.25, 0.25)
+"""The same at which gyro and compass contradict each other [rad]."""
+
+_WHEEL_DIFFERENCE = (0.25, 0.5)
+"""The same at which wheels, which slip, contradict both [rad]."""
+
+_STILL_TURN = 0.3
+"""Turn in which wheels cannot stand still [rad]."""
+
+_CLEAR_TURN = 0.5
+"""Turn in which an agreement counts [rad]."""
+
+_LONGEST = 4
+"""Ratio of the longest time in which turns are compared to the shortest."""
+
+_PERIODS_OF_RATIO = 20
+"""Number of periods with a clear turn after which the wheels' own turn per turn is known."""
+
+_RATIO_WEIGHT = 0.01
+"""Weight of a further period in that ratio."""
+
+
+@borrowing_kernel
+def examine_period(
+    memory: NDArray[np.float64],
+    stamp: float,
+    now: float,
+    imu: NDArray[np.float64],
+    wheels: NDArray[np.float64],
+    mag: NDArray[np.float64],
+    x: NDArray[np.float64],
+) -> int:
+    """Examine the rows of a period; see ``Plausibility.examine``.
+
+    Args:
+        memory: Memory of the ``Watch``, changed in place.
+        stamp: End of the period [s].
+        now: Stamp of the state [s].
+        imu: Inertial rows, shape (k, 7).
+        wheels: Encoder rows, shape (k, 3).
+        mag: Compass rows, shape (k, 4).
+        x: State, shape (20,).
+
+    Returns:
+        Number of senses that are not believed, and of those with rows that are stale.
+    """
+    watch = watch_of(memory)
+    v = watch.limits
+    limits = PlausibilityConfig(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7])
+    wheel = Wheel(v[8], v[9])
+    moves = False
+    for k in range(len(wheels)):
+        moves = moves or abs(wheels[k, LEFT]) > 0.0 or abs(wheels[k, RIGHT]) > 0.0
+    rate = _yaw_rate(imu, x)
+    _record_period(watch, stamp, rate, wheels, mag, x, wheel)
+    if not np.isnan(rate) and watch.doubts[IMU] == 0:
+        watch.rates[0], watch.rates[1] = min(watch.rates[0], rate), max(watch.rates[1], rate)
+        if watch.rates[1] - watch.rates[0] <= limits.repeat_rate:
+            watch.rates[2] = stamp
+    _follow_run(watch, IMU, watch.imu, imu, moves, limits.repeat_time)
+    is_same = _follow_run(watch, COMPASS, watch.mag, mag, moves, limits.repeat_time)
+    watch.run_turn[0] = watch.run_turn[0] + watch.gyro_turns[_slot_of(watch)] if is_same else 0.0
+    is_same = _follow_run(watch, WHEELS, watch.wheels, wheels, moves, limits.wheel_repeat_time)
+    if not is_same or watch.doubts[IMU] != 0:
+        watch.rates[0], watch.rates[1], watch.rates[2] = np.inf, -np.inf, stamp
+    _judge_runs(watch, limits, moves)
+    _judge_turns(watch, stamp, limits.turn_time)
+    _judge_force(watch, limits, stamp, imu)
+    found = 0
+    for sense in range(4):
+        found += watch.doubts[sense] != 0
+    oldest = now - limits.max_age
+    return found + _has_stale(wheels, oldest) + _has_stale(mag, oldest)
+
+
+@borrowing_kernel
+def _has_stale(rows: NDArray[np.float64], oldest: float) -> bool:
+    """Return true if a row is older than an instant [s], or than the row before it."""
+    before = oldest
+    for k in range(len(rows)):
+        if rows[k, STAMP] < before:
+            return True
+        before = max(rows[k, STAMP], oldest)
+    return False
+
+
+@borrowing_kernel
+def _slot_of(watch: Watch) -> int:
+    """Return the place of the last period."""
+    return int(watch.slot[0] - 1) % PERIODS
+
+
+@borrowing_kernel
+def _yaw_rate(imu: NDArray[np.float64], x: NDArray[np.float64]) -> float:
+    """Return the mean yaw rate by the gyro [rad/s], NaN without a valid row."""
+    y, z, n = 0.0, 0.0, 0
+    for k in range(len(imu)):
+        if np.isfinite(imu[k, GYRO + 1]) and np.isfinite(imu[k, GYRO + 2]):
+            y += imu[k, GYRO + 1] - x[GYRO_BIAS_Y]
+            z += imu[k, GYRO + 2] - x[GYRO_BIAS_Z]
+            n += 1
+    if n == 0:
+        return np.nan
+    return (np.sin(x[ROLL]) * y + np.cos(x[ROLL]) * z) / (n * np.cos(x[PITCH]))
+
+
+@borrowing_kernel
+def _heading(row: NDArray[np.float64], x: NDArray[np.float64]) -> float:
+    """Return the heading of a levelled field against magnetic north, counter-clockwise [rad]."""
+    sr, cr, sp, cp = np.sin(x[ROLL]), np.cos(x[ROLL]), np.sin(x[PITCH]), np.cos(x[PITCH])
+    forward = cp * row[1] + sp * (sr * row[2] + cr * row[3])
+    left = cr * row[2] - sr * row[3]
+    return np.arctan2(-left, forward)
+
+
+@borrowing_kernel
+def _record_period(
+    watch: Watch,
+    stamp: float,
+    rate: float,
+    wheels: NDArray[np.float64],
+    mag: NDArray[np.float64],
+    x: NDArray[np.float64],
+    wheel: Wheel,
+) -> None:
+    """Record the turns of a period by gyro, wheels and compass, and the way by the wheels."""
+    dt = stamp - watch.now[0]
+    watch.now[0] = stamp
+    left, right, n = 0.0, 0.0, 0
+    for k in range(len(wheels)):
+        if np.isfinite(wheels[k, LEFT]) and np.isfinite(wheels[k, RIGHT]):
+            left, right, n = left + wheels[k, LEFT], right + wheels[k, RIGHT], n + 1
+    if n > 0:
+        watch.wheel_rate[0], watch.wheel_rate[1] = (right - left) / n * wheel.yaw_rate, stamp
+        if 0.0 < dt <= _MAX_PERIOD:
+            step = (left + right) / (2 * n) * wheel.radius * dt
+            watch.way[0] += step * np.cos(x[YAW])
+            watch.way[1] += step * np.sin(x[YAW])
+    turn = np.nan
+    for k in range(len(mag) - 1, -1, -1):
+        heading = _heading(mag[k], x)
+        if np.isfinite(heading):
+            if stamp - watch.heading[1] <= _MAX_PERIOD:
+                turn = heading - watch.heading[0]
+                turn -= 2 * np.pi * np.round(turn / (2 * np.pi))
+            watch.heading[0], watch.heading[1] = heading, stamp
+            break
+    if np.isnan(turn) and stamp - watch.heading[1] <= _MAX_PERIOD and len(mag) == 0:
+        turn = 0.0  # It comes less often than periods: the next one has it.
+    slot = int(watch.slot[0]) % PERIODS
+    watch.slot[0] += 1
+    watch.stamps[slot] = stamp
+    known = 0.0 < dt <= _MAX_PERIOD
+    held = stamp - watch.wheel_rate[1] <= _MAX_PERIOD
+    watch.gyro_turns[slot] = rate * dt if known else np.nan
+    watch.wheel_turns[slot] = watch.wheel_rate[0] * dt if known and held else np.nan
+    watch.compass_turns[slot] = turn if known else np.nan
+
+
+@borrowing_kernel
+def _follow_run(
+    watch: Watch,
+    sense: int,
+    last: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    moves: bool,
+    limit: float,
+) -> bool:
+    """Follow a sense's run of equal rows; return true if all rows of a period equal the last one.
+
+    Args:
+        watch: Watch, changed in place.
+        sense: Sense.
+        last: Its last valid row, changed in place.
+        rows: Its rows.
+        moves: True if the wheels turn.
+        limit: Time of a run that shows how coarse a sense is [s].
+    """
+    same = True
+    for k in range(len(rows)):
+        finite, equal = True, True
+        for c in range(len(last)):
+            finite = finite and bool(np.isfinite(rows[k, c]))
+            equal = equal and (c == STAMP or rows[k, c] == last[c])
+        if not finite:
+            continue
+        if equal:
+            watch.rows[sense] += 1
+        else:
+            # A long run that ended by itself and was not doubted, or one at rest, is a habit.
+            if last[STAMP] - watch.begin[sense] >= limit and watch.doubts[sense] == 0:
+                watch.coarse[sense] = 1.0
+            watch.begin[sense], watch.rows[sense] = rows[k, STAMP], 1.0
+            watch.changes[sense] += 1
+            same = False
+        for c in range(len(last)):
+            last[c] = rows[k, c]
+    rests = not moves and watch.rows[sense] >= _ROWS_OF_A_RUN and watch.doubts[sense] == 0
+    if rests and last[STAMP] - watch.begin[sense] >= limit:
+        watch.coarse[sense] = 1.0
+    return same
+
+
+@borrowing_kernel
+def _doubt(watch: Watch, sense: int, reason: int, since: float) -> None:
+    """Doubt a sense from a time on [s]; the first doubt stays."""
+    if watch.doubts[sense] == 0:
+        watch.doubts[sense], watch.since[sense] = reason, since
+
+
+@borrowing_kernel
+def _acquit(watch: Watch, sense: int, reason: int) -> None:
+    """End a doubt of some reason."""
+    if watch.doubts[sense] == reason:
+        watch.doubts[sense] = 0
+
+
+@borrowing_kernel
+def _judge_runs(watch: Watch, limits: PlausibilityConfig, moves: bool) -> None:
+    """Doubt the senses that repeat themselves while others move; believe those that change."""
+    for sense in range(3):
+        if watch.rows[sense] < _ROWS_OF_A_RUN:
+            _acquit(watch, sense, REPEATED)
+            continue
+        scatters = watch.changes[sense] >= limits.scatter and watch.coarse[sense] == 0
+        begin = watch.begin[sense]
+        if sense == COMPASS:
+            is_long = watch.mag[STAMP] - begin >= limits.repeat_time
+            if is_long and ((moves and scatters) or abs(watch.run_turn[0]) > limits.repeat_turn):
+                _doubt(watch, sense, REPEATED, begin)
+        elif sense == IMU and moves and scatters and watch.imu[STAMP] - begin >= limits.repeat_time:
+            _doubt(watch, sense, REPEATED, begin)
+
+
+@borrowing_kernel
+def _differ(a: float, b: float, size: float, limits: tuple[float, float]) -> bool:
+    """Return true if two turns differ by more than a number and a share of a size [rad]."""
+    return abs(a - b) > limits[0] + limits[1] * size
+
+
+@borrowing_kernel
+def _judge_turns(watch: Watch, stamp: float, time: float) -> None:
+    """Compare the turns by gyro, wheels and compass in a time [s], twice and four times of it."""
+    gyro, wheels, compass = 0.0, 0.0, 0.0
+    stamps, last, longest = watch.stamps, _slot_of(watch), _LONGEST * time
+    for back in range(PERIODS):
+        k = (last - back) % PERIODS
+        if stamps[k] <= stamp - time:
+            _judge_turn(watch, stamp, time, gyro, wheels, compass)
+            time *= 2
+            if time > longest:
+                return
+        gyro += watch.gyro_turns[k]
+        wheels += watch.wheel_turns[k]
+        compass += watch.compass_turns[k]
+    _judge_turn(watch, stamp, time, gyro, wheels, compass)
+
+
+@borrowing_kernel
+def _judge_turn(
+    watch: Watch, stamp: float, time: float, gyro: float, wheels: float, compass: float
+) -> None:
+    """Compare the turns by gyro, wheels and compass in some time: two that agree convict the third.
+
+    Args:
+        watch: Watch, changed in place.
+        stamp: Time [s].
+        time: Length of the time up to then [s].
+        gyro: Turn by the gyro [rad].
+        wheels: Turn by the wheels [rad].
+        compass: Turn by the compass [rad].
+    """
+    wheels /= watch.ratio[0]
+    larger, shortest = max(abs(gyro), abs(compass)), watch.limits[TURN_TIME]
+    if _differ(gyro, compass, larger, _DIFFERENCE):
+        if abs(compass - wheels) < 0.5 * abs(gyro - wheels):
+            _doubt(watch, IMU, SCALE, stamp)
+    elif not _differ(gyro, compass, larger, _AGREEMENT) and np.isfinite(compass):
+        # What a doubt came from ends none.
+        if larger > _CLEAR_TURN and watch.since[IMU] <= stamp - time:
+            _acquit(watch, IMU, SCALE)
+        if time == shortest:
+            _judge_equal_wheels(watch, stamp)
+        is_learned = watch.ratio[1] >= _PERIODS_OF_RATIO
+        still = wheels == 0.0 and abs(gyro) > _STILL_TURN
+        if still or (is_learned and _differ(wheels, gyro, abs(gyro), _WHEEL_DIFFERENCE)):
+            _doubt(watch, WHEELS, SCALE, stamp)
+        elif abs(gyro) > _CLEAR_TURN and np.isfinite(wheels):
+            if 0.7 < wheels / gyro < 1.4 and watch.since[WHEELS] <= stamp - time:
+                _acquit(watch, WHEELS, SCALE)
+            if time == _LONGEST * shortest:
+                _learn_ratio(watch, wheels / gyro, is_learned)
+
+
+@borrowing_kernel
+def _judge_equal_wheels(watch: Watch, stamp: float) -> None:
+    """Doubt encoders that repeat themselves through a change of the yaw rate.
+
+    Gyro and compass agree about the turn: the change is true.
+    """
+    is_long = stamp - watch.rates[2] >= watch.limits[WHEEL_REPEAT_TIME]
+    moves = abs(watch.wheels[LEFT]) > 0.0 or abs(watch.wheels[RIGHT]) > 0.0
+    if is_long and moves and watch.rows[WHEELS] > _ROWS_OF_A_RUN:
+        _doubt(watch, WHEELS, REPEATED, watch.begin[WHEELS])
+
+
+@borrowing_kernel
+def _learn_ratio(watch: Watch, factor: float, is_learned: bool) -> None:
+    """Learn the turn by the wheels per turn by the gyro, of which a track may be stated wrong.
+
+    Args:
+        watch: Watch, changed in place.
+        factor: Factor of the ratio so far that a comparison asks for.
+        is_learned: True once the ratio is known: it then follows what differs by slip alone.
+    """
+    if not is_learned:
+        watch.ratio[1] += 1
+        wanted = min(max(factor * watch.ratio[0], 0.2), 5.0)
+        watch.ratio[0] += (wanted - watch.ratio[0]) / watch.ratio[1]
+    elif 0.8 < factor < 1.25:
+        watch.ratio[0] *= 1 + _RATIO_WEIGHT * (factor - 1)
+
+
+@borrowing_kernel
+def _judge_force(
+    watch: Watch, limits: PlausibilityConfig, stamp: float, imu: NDArray[np.float64]
+) -> None:
+    """Compare the mean specific force with gravity."""
+    total, n = 0.0, 0
+    for k in range(len(imu)):
+        x, y, z = imu[k, FORCE], imu[k, FORCE + 1], imu[k, FORCE + 2]
+        size = np.sqrt(x * x + y * y + z * z)
+        if np.isfinite(size):
+            total, n = total + size, n + 1
+    if n == 0:
+        return
+    forces = watch.forces
+    forces[int(watch.slot[1]) % FORCE_PERIODS] = total / n
+    watch.slot[1] += 1
+    mean = 0.0
+    for k in range(FORCE_PERIODS):
+        mean += forces[k]
+    mean /= FORCE_PERIODS
+    if abs(mean - GRAVITY) > limits.force_share * GRAVITY:
+        _doubt(watch, FORCES, SCALE, stamp)
+    else:
+        _acquit(watch, FORCES, SCALE)

@@ -45,11 +45,11 @@ class LocalFrame:
             Coordinates in the system's units, easting or longitude first; infinite where a place
             has none.
         """
-        return _transformed(self._crs, crs, x, y)
+        return transformed(self._crs, crs, x, y)
 
     def of(self, crs: object, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Return coordinates of a coordinate reference system in this frame [m], as ``to``."""
-        return _transformed(crs, self._crs, x, y)
+        return transformed(crs, self._crs, x, y)
 
     @property
     def text(self) -> str:
@@ -79,12 +79,22 @@ def crs_of(text: str) -> Any:  # noqa: ANN401 - rasterio's, which may not be ins
         return rasterio.crs.CRS.from_user_input(text)
 
 
-def _transformed(source: object, target: object, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return coordinates of one system in another."""
+def transformed(source: object, target: object, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Return coordinates of one system in another, infinite where they have none.
+
+    Args:
+        source: System of the coordinates, as text or rasterio's.
+        target: The other system.
+        x: Easting or longitude, any shape.
+        y: Northing or latitude, same shape.
+    """
     systems = [crs_of(each) if isinstance(each, str) else each for each in (source, target)]
     import rasterio
     from rasterio.warp import transform
 
-    with rasterio.Env():
-        first, second = transform(*systems, np.ravel(x), np.ravel(y))
+    try:
+        with rasterio.Env():
+            first, second = transform(*systems, np.ravel(x), np.ravel(y))
+    except Exception:  # GDAL's errors have no public class; this one says "outside of the domain".
+        return np.full(np.shape(x), np.inf), np.full(np.shape(y), np.inf)
     return np.reshape(first, np.shape(x)), np.reshape(second, np.shape(y))

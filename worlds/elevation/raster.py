@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from worlds.elevation.errors import ElevationError, MissingRasterioError
 from worlds.elevation.height_units import metres_of
-from worlds.elevation.local_frame import WGS_84, LocalFrame, crs_of
+from worlds.elevation.local_frame import WGS_84, LocalFrame, crs_of, transformed
 
 SUFFIXES = (".tif", ".tiff")
 """Ends of the names of elevation models."""
@@ -62,7 +62,7 @@ class Raster:
         return tuple(self._frames([0, 0, rows, rows], [0, columns, 0, columns]))
 
     def cells_at(self, frame: LocalFrame, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Return rows and columns of places, whole in the middles of cells.
+        """Return rows and columns of places, whole in the middles of cells, not finite far off.
 
         Args:
             frame: Frame of the places.
@@ -71,8 +71,9 @@ class Raster:
         """
         along, across = frame.to(self.crs, x, y)
         inverse = ~self.dataset.transform
-        columns = inverse.a * along + inverse.b * across + inverse.c
-        rows = inverse.d * along + inverse.e * across + inverse.f
+        with np.errstate(invalid="ignore"):  # Zero times infinity.
+            columns = inverse.a * along + inverse.b * across + inverse.c
+            rows = inverse.d * along + inverse.e * across + inverse.f
         return rows - 0.5, columns - 0.5
 
     def read(self, low: tuple[int, int], high: tuple[int, int]) -> Floats:
@@ -107,7 +108,7 @@ class Raster:
         """Return the frames about corners of cells."""
         to, (row, column) = self.dataset.transform, np.array([rows, columns], dtype=np.float64)
         x, y = to.a * column + to.b * row + to.c, to.d * column + to.e * row + to.f
-        longitudes, latitudes = _degrees(self.crs, np.column_stack([x, y]))
+        longitudes, latitudes = transformed(self.crs, WGS_84, x, y)
         both = zip(latitudes.tolist(), longitudes.tolist(), strict=True)
         return [LocalFrame(latitude, longitude) for latitude, longitude in both]
 
@@ -136,12 +137,22 @@ def open_raster(path: Path, crs: str | None = None) -> Iterator[Raster]:
         warnings.simplefilter("ignore", NotGeoreferencedWarning)
         try:
             dataset = rasterio.open(path, driver="GTiff")
-        except RasterioIOError as error:
+        except (RasterioIOError, UnicodeDecodeError) as error:
             raise ElevationError(f"{path}: expected a GeoTIFF, got {error}") from error
         with dataset:
-            _check(path, dataset)
-            system = _system(path, dataset, crs)
-            yield Raster(path, dataset, system, *_heights(path, dataset, system))
+            yield _raster(path, dataset, crs)
+
+
+def _raster(path: Path, dataset: Any, crs: str | None) -> Raster:  # noqa: ANN401 - rasterio's.
+    """Return an elevation model; arguments and errors as those of ``open_raster``."""
+    try:
+        _check(path, dataset)
+        system = _system(path, dataset, crs)
+        return Raster(path, dataset, system, *_heights(path, dataset, system))
+    except UnicodeDecodeError as error:
+        raise ElevationError(
+            f"{path}: expected a whole GeoTIFF, got a damaged one ({error})"
+        ) from error
 
 
 def _check(path: Path, dataset: Any) -> None:  # noqa: ANN401 - rasterio's.
@@ -238,11 +249,3 @@ def _name(crs: Any) -> str:  # noqa: ANN401 - rasterio's.
     """Return the authority's name of a system, or the first name of its text."""
     authority = crs.to_authority()
     return ":".join(authority) if authority else crs.to_wkt().split('"')[1]
-
-
-def _degrees(crs: Any, places: Floats) -> tuple[Floats, Floats]:  # noqa: ANN401 - rasterio's.
-    """Return longitudes and latitudes [deg] of places in a system, shape (n, 2)."""
-    from rasterio.warp import transform
-
-    longitudes, latitudes = transform(crs, crs_of(WGS_84), places[:, 0], places[:, 1])
-    return np.array(longitudes), np.array(latitudes)

@@ -138,10 +138,11 @@ def _check_inside(
         f"{raster.path}: expected the square of {size:g} m about {frame.text} in the file, got "
         f"{max(outside, 0.001):.1%} of it outside"
     )
-    room = np.concatenate([middle + _EDGE, last[:, 0] + _EDGE - middle])
-    reach = np.abs(places - middle[:, None]).max(axis=(1, 2))
-    fitting = size * float((room.reshape(2, 2) / reach).min()) if np.isfinite(room).all() else -1.0
-    fitting = float(np.floor(fitting - 0.5))
+    fitting = 0.0
+    if np.isfinite(places).all():
+        room = np.concatenate([middle + _EDGE, last[:, 0] + _EDGE - middle]).reshape(2, 2)
+        reach = np.abs(places - middle[:, None]).max(axis=(1, 2))
+        fitting = float(np.floor(size * (room / reach).min() - 0.5))
     smaller = f"take an edge of {fitting:g} m or less, or " if fitting >= LEAST_EDGE else ""
     raise ElevationError(
         f"{wrong}: the file covers {_extent(raster, frame)}; {smaller}choose a place inside"

@@ -35,6 +35,13 @@ def test_on_a_central_meridian_a_projection_differs_by_its_scale():
     assert abs(latitude[0] - NORTH) < 10_000
 
 
+def test_what_a_projection_does_not_reach_is_infinite():
+    """A quarter of the Earth from its central meridian it has no coordinates."""
+    x, y = LocalFrame(0.0, 99.0).to(UTM, np.zeros((2, 3)), np.zeros((2, 3)))
+    assert x.shape == y.shape == (2, 3)
+    assert np.isinf([x, y]).all()
+
+
 def test_an_unknown_system_is_refused(capfd):
     """Nothing but the error tells it."""
     with pytest.raises(ValueError, match="99999"):

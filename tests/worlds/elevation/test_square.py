@@ -208,6 +208,9 @@ def test_a_place_outside_is_an_error_that_says_what_the_model_covers(tmp_path):
     with pytest.raises(ElevationError, match="choose a place inside") as error:
         read_square(path, (46.0, 9.5))
     assert "latitude comes first" not in str(error.value)
+    for far in ((-33.0, 151.0), (10.0, -171.0), (0.0, 99.0)):
+        with pytest.raises(ElevationError, match=r"100\.0% of it outside: the file covers"):
+            read_square(path, far)
     with pytest.raises(ElevationError, match="latitude within 89"):
         read_square(path, (89.5, 9.0))
 

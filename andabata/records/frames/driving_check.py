@@ -176,5 +176,7 @@ class DrivingCheck:
 def _local(fixes: Rows) -> NDArray[np.complex128]:
     """Return fixes as east and north [m] in the complex plane, shape (k,)."""
     latitudes, longitudes = np.deg2rad(fixes[:, 1]), np.deg2rad(fixes[:, 2])
-    east = (longitudes - longitudes[0]) * np.cos(latitudes[0])
+    # Across the antimeridian a longitude jumps by a whole turn.
+    turned = (longitudes - longitudes[0] + np.pi) % (2 * np.pi) - np.pi
+    east = turned * np.cos(latitudes[0])
     return _EARTH_RADIUS * (east + 1j * (latitudes - latitudes[0]))

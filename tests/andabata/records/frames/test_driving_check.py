@@ -8,8 +8,10 @@ from andabata.records.frames.driving_check import DrivingCheck
 METRE = 1 / 111_195
 
 
-def driven(speed=1.0, heading=0.5, reported=None, fixes=20, sigma=0.5, turned=lambda k: 0.0):
-    """Return a check of a drive in a wide arc with a fix a second, and noise of 0.2 m.
+def driven(
+    speed=1.0, heading=0.5, reported=None, fixes=20, sigma=0.5, turned=lambda k: 0.0, east=0.0
+):
+    """Return a check of a drive in a wide arc from a longitude [deg], a fix a second, 0.2 m noise.
 
     The compass is turned to the left by a function of the period [deg].
     """
@@ -25,19 +27,21 @@ def driven(speed=1.0, heading=0.5, reported=None, fixes=20, sigma=0.5, turned=la
         mag = np.array([[t, 30 * north.real, 30 * north.imag, -40]])
         noise = rng.normal(0, 0.2, 2)
         fix = [t, 36 + (place.imag + noise[0]) * METRE, 0.0, 0.0, sigma**2]
-        fix[2] = (place.real + noise[1]) * METRE / np.cos(np.deg2rad(36))
+        longitude = east + (place.real + noise[1]) * METRE / np.cos(np.deg2rad(36))
+        fix[2] = (longitude + 180.0) % 360.0 - 180.0
         gnss = np.array([fix]) if k % 10 == 0 else None
         check.add(imu, np.array([[t, reported]]), mag, gnss)
     return check
 
 
-def test_a_healthy_drive_fits():
-    """Scale 1, the heading of the start, and nothing to say."""
-    fit = driven().fit
+@pytest.mark.parametrize("east", [0.0, 179.99999, -180.0])
+def test_a_healthy_drive_fits(east):
+    """Scale 1, the heading of the start, and nothing to say, across the antimeridian too."""
+    fit = driven(east=east).fit
     assert fit.scale == pytest.approx(1.0, abs=0.05)
     assert fit.heading == pytest.approx(0.5, abs=0.05)
     assert fit.correlation > 0.99
-    assert driven().remarks == []
+    assert driven(east=east).remarks == []
 
 
 @pytest.mark.parametrize(

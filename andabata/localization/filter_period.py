@@ -31,6 +31,7 @@ from andabata.localization.measurements import (
     FORCE,
     GYRO,
     LEFT,
+    MAX_GYRO_RATE,
     RIGHT,
     STAMP,
     STAMP_TOLERANCE,
@@ -53,9 +54,6 @@ Earth's."""
 
 OUTCOMES = 4
 """Number of these columns."""
-
-MAX_GYRO_RATE = 50.0
-"""Largest gyro reading that is accepted [rad/s]: no robot turns faster."""
 
 _CONSIDERED = np.array(
     [

@@ -8,6 +8,12 @@ from numpy.typing import NDArray
 STAMP, GYRO, FORCE = 0, 1, 4
 """First columns of an inertial row: stamp [s], angular velocity [rad/s], specific force [m/s2]."""
 
+MAX_GYRO_RATE = 50.0
+"""Largest gyro reading that is accepted [rad/s]: no robot turns faster."""
+
+MAX_FORCE = 500.0
+"""Largest specific force that counts [m/s2]: no inertial unit of a robot measures more."""
+
 LEFT, RIGHT = 1, 2
 """Columns of an encoder row [rad/s]."""
 

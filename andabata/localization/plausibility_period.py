@@ -4,7 +4,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.localization.filter_state import GYRO_BIAS_Y, GYRO_BIAS_Z, PITCH, ROLL, YAW
-from andabata.localization.measurements import FORCE, GYRO, LEFT, RIGHT, STAMP
+from andabata.localization.measurements import (
+    FORCE,
+    GYRO,
+    LEFT,
+    MAX_FORCE,
+    MAX_GYRO_RATE,
+    RIGHT,
+    STAMP,
+)
 from andabata.localization.sense_watch import (
     COMPASS,
     FORCE_PERIODS,
@@ -131,7 +139,8 @@ def _yaw_rate(imu: NDArray[np.float64], x: NDArray[np.float64]) -> float:
     """Return the mean yaw rate by the gyro [rad/s], NaN without a valid row."""
     y, z, n = 0.0, 0.0, 0
     for k in range(len(imu)):
-        if np.isfinite(imu[k, GYRO + 1]) and np.isfinite(imu[k, GYRO + 2]):
+        # Numbers that are none compare as false.
+        if abs(imu[k, GYRO + 1]) < MAX_GYRO_RATE and abs(imu[k, GYRO + 2]) < MAX_GYRO_RATE:
             y += imu[k, GYRO + 1] - x[GYRO_BIAS_Y]
             z += imu[k, GYRO + 2] - x[GYRO_BIAS_Z]
             n += 1
@@ -366,7 +375,7 @@ def _judge_force(
     for k in range(len(imu)):
         x, y, z = imu[k, FORCE], imu[k, FORCE + 1], imu[k, FORCE + 2]
         size = np.sqrt(x * x + y * y + z * z)
-        if np.isfinite(size):
+        if size < MAX_FORCE:
             total, n = total + size, n + 1
     if n == 0:
         return

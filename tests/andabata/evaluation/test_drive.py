@@ -185,8 +185,8 @@ def test_a_drive_with_faults_says_what_the_robot_made_of_them():
     faulty = CONFIG.model_copy(update={"faults": (Fault("laser", "off", None, 1.0),)})
     driven = drive_once("maze", 0, "straight", faulty, time_limit=3.0)
     assert driven.faults == {
-        **{"injected": ["laser:off@1"], "faulty_s": 2.0, "flagged_after_s": None},
-        **{"bad_commands": 0, "health_at_end": "ok", "contact_after_s": None},
+        **{"injected": ["laser:off@1"], "faulty_s": 2.0, "flagged_after_s": 0.3},
+        **{"bad_commands": 0, "health_at_end": "degraded", "contact_after_s": None},
     }
     assert driven.as_dict()["faults"] == driven.faults
     plain = drive_once("maze", 0, "straight", CONFIG, time_limit=3.0)

@@ -78,6 +78,11 @@ def _quick(monkeypatch):
     monkeypatch.setattr("andabata.ros.navigator_node._FLUSH_TIME", 0.0)
 
 
+def doubts(status):
+    """Return the status texts but for those of the first fix: origin and magnetic field."""
+    return [text for text in status if "origin" not in text and "WMM" not in text]
+
+
 def test_static_transforms_of_several_publishers_are_taken(recorded, tmp_path):
     """Static transforms of two messages give both mountings."""
     found, status, _ = run(copy_bag(recorded, tmp_path / "x.bag", edit, STATIC))
@@ -87,7 +92,7 @@ def test_static_transforms_of_several_publishers_are_taken(recorded, tmp_path):
     assert frames["laser"]["source"] == frames["imu"]["source"] == "tf_static"
     np.testing.assert_allclose(frames["laser"]["transform"], [*MOUNTED, np.pi, 0, 0], atol=1e-6)
     assert not found["remark_texts"]
-    assert status == []
+    assert doubts(status) == []
 
 
 def test_transforms_that_come_late_are_waited_for(recorded, tmp_path):
@@ -95,7 +100,7 @@ def test_transforms_that_come_late_are_waited_for(recorded, tmp_path):
     late = copy_bag(recorded, tmp_path / "x.bag", edit, STATIC, static_after=1.5)
     found, status, _ = run(late)
     assert found["frames"]["imu"]["source"] == "tf_static"
-    assert status == []
+    assert doubts(status) == []
 
 
 def test_missing_transforms_are_reported_and_gravity_stops_the_robot(recorded, tmp_path):
@@ -113,7 +118,7 @@ def test_our_own_frames_need_no_transforms(recorded, tmp_path):
     """A robot with our frames starts without waiting for transforms."""
     found, status, graph = run(copy_bag(recorded, tmp_path / "x.bag"), 2.0)
     assert found["frames"]["laser"]["source"] == "assumed"
-    assert status == []
+    assert doubts(status) == []
     assert graph.now_ns() - graph.begin_ns < 3 * NS
 
 

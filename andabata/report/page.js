@@ -69,7 +69,7 @@ for (const figure of document.querySelectorAll("figure[data-axes]")) {
   // Corners of each line, read from its path once.
   const lines = axes.map((one) => one.lines.map((line) => {
     const path = svg.querySelector("#" + CSS.escape(line.id) + " path");
-    const numbers = path ? (path.getAttribute("d").match(/-?[\d.]+(?:e-?\d+)?/g) || []).map(Number) : [];
+    const numbers = path ? ((path.getAttribute("d") || "").match(/-?[\d.]+(?:e-?\d+)?/g) || []).map(Number) : [];
     return { label: line.label, numbers };
   }));
   const nearest = (k, x, y) => {

@@ -12,8 +12,8 @@ grids = st.builds(
     PolarGrid,
     n_sectors=st.integers(4, 72),
     n_rings=st.integers(1, 20),
-    inner_radius=st.floats(0.2, 2.0),
-    outer_radius=st.floats(5.0, 30.0),
+    inner_radius=st.floats(0.2, 2.0, allow_subnormal=False),
+    outer_radius=st.floats(5.0, 30.0, allow_subnormal=False),
 )
 """Grids of any shape."""
 

@@ -21,7 +21,7 @@ def clouds(draw):
     """Return points around the robot, up to a metre above and below its base."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     count = draw(st.integers(50, 2000))
-    reach = draw(st.floats(1.0, 12.0))
+    reach = draw(st.floats(1.0, 12.0, allow_subnormal=False))
     points = rng.uniform([-reach, -reach, -1.0], [reach, reach, 1.0], (count, 3))
     return points.astype(np.float32)
 

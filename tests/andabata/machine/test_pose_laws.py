@@ -10,10 +10,10 @@ from andabata.localization.ukf import wrap_angle
 from andabata.machine.pose import Pose, PoseTrack, wrap
 from tests.support.properties import law
 
-angles = st.floats(-1e4, 1e4)
-rolls = st.floats(-np.pi, np.pi)
-pitches = st.floats(-1.5, 1.5)
-places = st.tuples(*[st.floats(-1e4, 1e4)] * 3).map(np.array)
+angles = st.floats(-1e4, 1e4, allow_subnormal=False)
+rolls = st.floats(-np.pi, np.pi, allow_subnormal=False)
+pitches = st.floats(-1.5, 1.5, allow_subnormal=False)
+places = st.tuples(*[st.floats(-1e4, 1e4, allow_subnormal=False)] * 3).map(np.array)
 
 
 def is_same_direction(a, b):
@@ -46,7 +46,14 @@ def test_a_pose_from_euler_angles_is_that_rotation(place, roll, pitch, yaw):
 
 
 @law
-@given(places, places, st.floats(0.01, 10.0), st.floats(0.0, 1.0), pitches, pitches)
+@given(
+    places,
+    places,
+    st.floats(0.01, 10.0, allow_subnormal=False),
+    st.floats(0.0, 1.0, allow_subnormal=False),
+    pitches,
+    pitches,
+)
 def test_a_track_passes_through_its_poses_and_between_them(a, b, seconds, share, yaw, other):
     """At its stamps it has the poses, in between a place on the line and a heading between both."""
     track = PoseTrack()

@@ -15,7 +15,8 @@ SHORTEST, LONGEST = 0.2, 1.5
 """Wavelengths of clods and tussocks [m] (assumption)."""
 
 _PEAK = 3.0
-"""Height that no peak exceeds, in standard deviations: soil falls apart, noise does not."""
+"""Limit that peaks approach, in standard deviations of the unlimited heights: soil falls apart,
+noise does not. The limited heights vary less, and are scaled back: their peaks stay below 3.4."""
 
 _RUT_WIDTH = 0.25
 """Width of a rut at the top [m]: a tyre and its bulges."""

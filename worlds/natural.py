@@ -92,7 +92,7 @@ class NaturalConfig(BaseModel):
         far: Largest straight distance from goal to goal [m].
         longest: Largest length of a safe path from goal to goal [m]; in 300 s a robot drives 90 m.
         walkers: Number, size and speed of what walks about.
-        roughness: What wheels roll over.
+        roughness: Clods, gravel and ruts, which wheels roll over.
         cover: Low plants and leaves on the ground.
     """
 

@@ -1,7 +1,7 @@
 """Rough ground: clods, gravel and ruts on the smooth ground of a natural world.
 
 A wheel rolls over all of it. It lies on a grid of its own, fine enough for a wheel; the true map is
-built of the smooth ground, and `andabata bench vehicle` drives over the rough one.
+built of the smooth ground.
 """
 
 import numpy as np

@@ -19,7 +19,7 @@ class RepetitionConfig(BaseModel):
     Attributes:
         repeats: Least number of repetitions.
         way: Way of the robot in them, for a receiver whose places never repeated before [m].
-        coarse_way: The same for one of coarse places, or that holds its place at rest [m].
+        coarse_way: Way for one of coarse places, or that holds its place at rest [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

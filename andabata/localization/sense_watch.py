@@ -99,8 +99,8 @@ class Watch(NamedTuple):
         since: Time since when, shape (4,) [s].
         stamps: End of each of the last periods [s], shape (128,).
         gyro_turns: Turn by the gyro in each [rad], NaN if unknown, shape (128,).
-        wheel_turns: The same by the wheels.
-        compass_turns: The same by the compass.
+        wheel_turns: Turn by the wheels in each [rad], NaN if unknown, shape (128,).
+        compass_turns: Turn by the compass in each [rad], NaN if unknown, shape (128,).
     """
 
     limits: NDArray[np.float64]

@@ -4,6 +4,7 @@ A sense has one or several signals, each with its own form in ``SensorReadings``
 clouds or ranges. A batch is what one signal sent in a control period, never empty.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -114,7 +115,7 @@ class RowSignal:
         return self.change(batch, lambda values: self.shifted(values.copy(), offset))
 
 
-class _RangeSignal:
+class _RangeSignal(ABC):
     """Scaling and shifting of ranges."""
 
     def scale(self, batch: Any, factor: float) -> Any:  # noqa: ANN401 - a batch of the signal.
@@ -125,9 +126,9 @@ class _RangeSignal:
         """Return a batch whose ranges are longer by an offset [m], at least 0."""
         return self.change(batch, lambda values: np.maximum(values + offset, 0.0))
 
+    @abstractmethod
     def change(self, batch: Any, change: Change) -> Any:  # noqa: ANN401 - a batch of the signal.
         """Return a batch with changed ranges."""
-        raise NotImplementedError
 
 
 class SweepSignal(_RangeSignal):

@@ -16,9 +16,9 @@ class Promise(NamedTuple):
 
     Attributes:
         name: Name on the command line.
-        words: What is promised.
+        words: Text of the promise.
         check: Module of this package and function in it, as ``module:function``.
-        unit: What is counted, in words.
+        unit: Name of a trial in the plural.
         short: Number of trials of the short version.
         full: Number of trials of the full version.
         limit: Limit of the figure in words.

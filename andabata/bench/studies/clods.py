@@ -80,7 +80,7 @@ def draw_plot(relief: float, rng: np.random.Generator) -> Plot:
     """Return a plot with clods of a standard deviation [m] and rocks as wide as those of worlds."""
     n = round(2 * (_HALF + _GRID) / _GRID) + 1
     clods = relief * roughness((n, n), _GRID, rng)
-    places = np.stack(np.mgrid[-2:3, -2:3], axis=-1).reshape(-1, 2) * _BETWEEN
+    places = (np.indices((5, 5)).reshape(2, -1).T - 2) * _BETWEEN
     far = np.hypot(*places.T)
     places = places[(far > _NEAR) & (far < _FAR)]
     places += rng.uniform(-_CELL, _CELL, places.shape)

@@ -48,6 +48,9 @@ class LowObstacleLayerConfig(BaseModel):
         roughness_factor: Ratio of the height to the mean absolute height of the cells around, with
             the noise of the cell's own points, from which it counts. That mean is 0.8 standard
             deviations of clods: 3.5 is 2.8 of them.
+        free_log_odds: Log odds of the ground layer below minus this that overrule: surely free
+            ground has no low obstacles. 4 and more never do: on rough ground most low rocks are
+            then known in time, and a goal takes a third longer.
         decay: Share of its height that an obstacle keeps when a new cloud does not show it: what
             was measured while dead reckoning drifted is smeared over its neighbours.
     """
@@ -63,6 +66,7 @@ class LowObstacleLayerConfig(BaseModel):
     min_height: float = Field(default=0.018, gt=0)
     point_noise: float = Field(default=0.012, ge=0)
     roughness_factor: float = Field(default=3.5, ge=0)
+    free_log_odds: float = Field(default=2.0, ge=0)
     decay: float = Field(default=0.7, ge=0, lt=1)
 
 

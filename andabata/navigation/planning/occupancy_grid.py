@@ -102,9 +102,9 @@ class OccupancyGrid:
             *(self._polar, self._gains, ground, is_measured),
         )
         if layers is not None:
-            self._raise_low_obstacles(layers.low_obstacles)
+            self._raise_low_obstacles(layers.low_obstacles, ground)
 
-    def _raise_low_obstacles(self, low: LowObstacleLayer) -> None:
+    def _raise_low_obstacles(self, low: LowObstacleLayer, ground: NDArray[np.float32]) -> None:
         """Raise the log odds where low obstacles stand, or beside them."""
         config = self.config
         add_low_obstacles(
@@ -113,8 +113,10 @@ class OccupancyGrid:
             LowObstacles(
                 low.heights,
                 low.centre,
+                ground,
                 len(self._polar.rings) // 2,
                 config.lethal_log_odds / low.config.min_height,
+                low.config.free_log_odds,
             ),
             config.max_log_odds,
         )

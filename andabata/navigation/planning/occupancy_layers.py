@@ -82,14 +82,18 @@ class LowObstacles(NamedTuple):
     Attributes:
         heights: Heights, in cells of half the size, wrapped around [m], float32, shape (m, m).
         centre: Cell of the robot at the last cloud, shape (2,).
+        ground: Log odds of the ground layer, wrapped around, float32, shape (n, n).
         half: Number of cells to either side of the robot that are looked at.
         gain: Log odds for each metre of height [1/m].
+        free_log_odds: Log odds of the ground layer below minus this that overrule.
     """
 
     heights: NDArray[np.float32]
     centre: NDArray[np.int64]
+    ground: NDArray[np.float32]
     half: int
     gain: float
+    free_log_odds: float
 
 
 @kernel
@@ -102,8 +106,7 @@ def add_low_obstacles(
     """Raise the log odds where low obstacles stand, or beside them.
 
     Beside them, because obstacles and the gaps between them are known by the middles of cells.
-    Driven ground has none. Ground cells that are free do not overrule them: on rough ground a
-    classifier calls the cells of half the rocks surely free.
+    Driven ground and ground cells that are surely free have no low obstacles.
     """
     n, m = len(log_odds), len(low.heights)
     half = min(low.half, m // 4 - 1)
@@ -123,7 +126,8 @@ def add_low_obstacles(
                     if max(abs(a - centre[0]), abs(b - centre[1])) > half:
                         continue
                     i, j = a & (n - 1), b & (n - 1)
-                    if log_odds[i, j] > -max_log_odds:
+                    is_free = low.ground[i, j] < -low.free_log_odds
+                    if log_odds[i, j] > -max_log_odds and not is_free:
                         log_odds[i, j] = max(log_odds[i, j], raised)
 
 

@@ -152,16 +152,17 @@ def test_the_plan_goes_around_a_low_obstacle_that_scans_call_free():
     assert clearances[1] == 0
 
 
-def test_low_obstacles_on_free_ground_cells_are_obstacles():
-    """However sure the classifier is."""
+@pytest.mark.parametrize(("log_odds", "is_wall"), [(-6.0, False), (-2.5, True)])
+def test_low_obstacles_on_surely_free_ground_cells_are_none(log_odds, is_wall):
+    """A miss counts four times, so that log odds of -2.5 are -1.1 to the planner, and -6 are -4."""
     rng, ahead = np.random.default_rng(10), np.array([2.05, 0.05])
     clouds = [with_rock(ground(rng), ahead) for _ in range(3)]
     planner, assembler = LocalPlanner(GRID), StubAssembler()
-    layers = layers_of(assembler, constant_classifier(-6.0), GroundLayerConfig(memory=0.0))
+    layers = layers_of(assembler, constant_classifier(log_odds), GroundLayerConfig(memory=0.0))
     for k in range(15):
         assembler.show(clouds[k % 3], stamp=k)
         planner.guide(situation(), layers)
-    assert planner.plan.clearance[cell_of(planner, ahead)] == 0
+    assert (planner.plan.clearance[cell_of(planner, ahead)] == 0) == is_wall
 
 
 def test_a_cloud_counts_once():

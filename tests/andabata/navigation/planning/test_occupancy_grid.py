@@ -290,12 +290,15 @@ def test_low_obstacles_are_raised_in_their_cell_and_beside():
     assert high.log_odds[11, 0] < 0
 
 
-def test_low_obstacles_count_on_free_ground_cells_but_not_where_the_robot_has_driven():
-    """A classifier of ground cells may never have met rocks among clods."""
-    given = layers({(10, 0): -4.0, (10, -1): -4.0}, {(20, 0): 0.05, (0, 0): 0.05})
-    grid = updated(make(), odds_of(np.inf), 1, layers=given)
-    assert grid.log_odds[10, 0] > 1.0
-    assert grid.log_odds[0, 0] <= -3.0
+def test_low_obstacles_on_driven_or_surely_free_ground_are_none():
+    """Where the robot has been, and where ground cells are surely free, nothing is raised."""
+    low = {(20, 0): 0.05, (0, 0): 0.05}
+    for free, is_raised in ((-2.1, False), (-1.9, True)):
+        given = layers({(10, 0): free, (10, -1): free}, low)
+        grid = updated(make(), odds_of(np.inf), 1, layers=given)
+        assert (grid.log_odds[10, 0] > 1.0) == is_raised
+        assert grid.log_odds[9, 0] > 1.0
+        assert grid.log_odds[0, 0] <= -3.0
 
 
 def test_a_higher_log_odds_is_not_lowered_by_a_low_obstacle():

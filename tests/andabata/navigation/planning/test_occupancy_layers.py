@@ -55,7 +55,7 @@ def test_ground_under_the_robot_is_driven():
 def test_low_obstacles_raise_the_cells_that_they_touch_wherever_the_window_lies(centre):
     """Half cell 63, 1 lies in cell 31, 0 and touches those behind; memory wraps around."""
     heights, log_odds, middle = grid([((63, 1), 0.04)]), grid(), np.array(centre)
-    low = LowObstacles(heights, 2 * middle, 14, 25.0)
+    low = LowObstacles(heights, 2 * middle, grid(), 14, 25.0, 2.0)
     add_low_obstacles(log_odds, middle, low, MOST)
     raised = [((i, j), 1.0) for i in (31, 32) for j in (0, 1)]
     np.testing.assert_array_equal(log_odds, grid(raised))

@@ -77,4 +77,4 @@ def test_leaves_are_those_of_the_time_of_the_beam(make_ground, fan, reach):
         true, _ = scene.rays.cast(rays, depths, reach, np.full(len(rays), time))
         np.testing.assert_array_equal(ranges, true)
     found = [measured(scene, rays, depths, reach, errors, time)[0] for time in (0.0, 60.0)]
-    assert (found[0] != found[1]).mean() > 0.5
+    assert (found[0] != found[1]).mean() > 0.3

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from andabata.machine.clock import TICKS_PER_STEP
 from andabata.machine.kinematic_vehicle import drive_ticks
 from terrain.kernel import kernel
+from worlds.drag import NO_DRAG
 from worlds.rays.layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
 from worlds.rays.walk import NO_TIMES, cast_rays
 from worlds.rays.wind import STILL_AIR
@@ -105,7 +106,7 @@ class BatchBody(NamedTuple):
 
     Attributes:
         slip: Standard deviation of what a tick adds to the slip.
-        limits: Limits of the drive (``PlantParameters``), shape (4,).
+        limits: Limits of the drive (``PlantParameters``), shape (6,).
         sliding: Slip of the wheels (``PlantParameters``), shape (3,).
         wheels: Places of the wheels (``PlantParameters``).
         outline: Outline of the body (``PlantParameters``).
@@ -229,6 +230,7 @@ def move(
                 worlds.raster[2],
                 body.outline,
             ),
+            (NO_DRAG.force, NO_DRAG.x_min, NO_DRAG.y_min, NO_DRAG.cell),
             rows,
             robots.flags[k],
         )

@@ -11,8 +11,9 @@ from andabata.machine.simulator import SensingConfig, Simulator
 from andabata.machine.vehicle import make_vehicle
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
-from terrain.objects import rod
+from terrain.objects import box, rod
 from terrain.plants import root
+from worlds.drag import BODY_HEIGHT, RESISTANCE
 from worlds.fields import plain_world
 from worlds.kerbs import Strip, kerbstones, raised
 from worlds.rays.scene import RayScene
@@ -127,3 +128,48 @@ def test_what_a_wheel_may_not_touch_is_struck_where_it_is(plant, make, size):
     assert touched == pytest.approx(1.5 - ROBOT.wheelbase / 2 - ROBOT.wheel_radius, abs=0.25)
     if make is stem_world or size == 0.1:
         assert end < 1.35
+
+
+def bush_world(slope_deg=0.0):
+    """Return ground that rises to the east, all in a bush that is higher than the robot."""
+    x = np.linspace(-8.0, 8.0, 161)
+    heights = np.tile(np.tan(np.deg2rad(slope_deg)) * x[:, None], (1, 161)).astype(np.float32)
+    bush = box(SemanticClass.BUSH, (0.0, 0.0, 0.0), (14.0, 14.0, 20.0))
+    return plain_world("bush", Heightfield(heights, 0.1), (bush,))
+
+
+DRAG = RESISTANCE[SemanticClass.BUSH] * BODY_HEIGHT * ROBOT.width
+"""Force of the bush on the robot [N]."""
+
+
+@pytest.mark.parametrize("plant", ["bullet", "wheels"])
+def test_plants_cost_their_force_times_the_way(plant):
+    """On level ground the motors hold their speed, and do the work of the drag."""
+    vehicle = make_vehicle(plant, bush_world(), ROBOT, np.random.default_rng(0))
+    for way in (1.0, -1.0):
+        vehicle.place(Start(0.0, 0.0, 0.5))
+        wheels = SkidSteer(ROBOT).wheel_speeds(0.3 * way, 0.0)
+        vehicle.drive(wheels, 100)
+        before = vehicle.state
+        vehicle.drive(wheels, 400)
+        after = vehicle.state
+        moved = np.hypot(*(after.pose.position - before.pose.position)[:2])
+        assert moved == pytest.approx(1.2, rel=0.02)
+        assert after.work - before.work == pytest.approx(DRAG * moved, rel=0.05)
+        assert not after.collided
+    vehicle.close()
+
+
+@PLANTS
+@pytest.mark.parametrize(("slope_deg", "passes"), [(18.0, True), (29.0, False)])
+def test_plants_and_slope_together_stop_a_robot_that_either_alone_does_not(
+    plant, slope_deg, passes
+):
+    """Of the grip on 29 degrees too little is left for a bush; downhill there is enough."""
+    start = Start(-2.0, 0.0, 0.0)
+    end, _ = driven(bush_world(slope_deg), plant, start)
+    assert end - start.x > 2.2 if passes else end - start.x < 0.9
+    end, _ = driven(bush_world(slope_deg), plant, Start(2.0, 0.0, np.pi))
+    assert end < -0.4
+    bare = replace(bush_world(slope_deg), objects=())
+    assert driven(bare, plant, start)[0] - start.x > 2.2

@@ -53,6 +53,10 @@ class DragMap(NamedTuple):
     cell: float
 
 
+PERIOD = 10
+"""Number of ticks of 10 ms after which the drag is looked up again: a body moves 3 cm in them, a
+cell is 10 cm wide."""
+
 NO_DRAG = DragMap(np.zeros((0, 0), dtype=np.uint8), 0.0, 0.0, 1.0)
 """Map of a world without plants that drag."""
 

@@ -22,7 +22,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from worlds.bodies import BELOW, build_solids, build_walkers, move_walker
-from worlds.drag import SLOWEST, drag_at, drag_map
+from worlds.drag import PERIOD, SLOWEST, drag_at, drag_map
 from worlds.quiet_pybullet import pybullet
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World
@@ -228,11 +228,12 @@ class BulletVehicle:
         (x, y, *_), _ = self._footprint()
         self._follow(x, y)
         self._contact = Contact.NONE
-        rows, upright = [], math.cos(self._config.tip_angle)
+        rows, upright, force = [], math.cos(self._config.tip_angle), 0.0
         for tick in range(ticks):
             near = [] if walkers is None else self._move_walkers(walkers, tick)
             speed = self._speed() if near else 0.0
-            force = self._plants() if self._drag.force.size else 0.0
+            if tick % PERIOD == 0:
+                force = self._plants() if self._drag.force.size else 0.0
             for _ in range(round(TICK / self._config.step)):
                 if force:
                     self._brake(force)

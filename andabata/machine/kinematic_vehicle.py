@@ -19,7 +19,7 @@ from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from terrain.kernel import kernel
 from worlds.caps import low_caps
-from worlds.drag import DragMap, drag_at, drag_map
+from worlds.drag import PERIOD, DragMap, drag_at, drag_map
 from worlds.rooms.mover_motion import Movers
 from worlds.traversability_map import Reason, TraversabilityMap
 from worlds.walking import WalkerTrack
@@ -359,6 +359,7 @@ def drive_ticks(
     heights, cell, wheels = ground
     states, x_min, y_min, map_cell, outline = contact
     plants = DragMap(drag[0], drag[1], drag[2], drag[3])
+    drags, force = plants.force.size > 0, 0.0
     cosine, sine = np.cos(motion[_YAW]), np.sin(motion[_YAW])
     height, roll, pitch = fit_wheel_plane(
         heights, cell, motion[_X], motion[_Y], cosine, sine, wheels
@@ -374,11 +375,12 @@ def drive_ticks(
             motion[_SPEED] = motion[_YAW_RATE] = 0.0
         if -pitch * np.sign(motion[_SPEED]) > max_climb:  # Nose up too steeply: the wheels spin.
             motion[_SPEED] = 0.0
-        if plants.force.size > 0:
-            # Plants take of the grip what the slope leaves of it. Motors hold the speed until then.
+        if drags and k % PERIOD == 0:
             force = drag_at(plants, motion[_X], motion[_Y], cosine, sine, half_length)
+        if force > 0.0:
+            # Plants take of the grip what the slope leaves of it. Motors hold the speed until then.
             grip = np.tan(max_climb) * np.cos(pitch) + np.sin(pitch) * np.sign(motion[_SPEED])
-            if force > 0.0 and force * width_per_weight > grip:
+            if force * width_per_weight > grip:
                 motion[_SPEED] = 0.0
         # Midpoint rule: the step is made along the heading in the middle of the tick.
         mid_yaw = motion[_YAW] + motion[_YAW_RATE] * TICK / 2

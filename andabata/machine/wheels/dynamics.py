@@ -16,7 +16,7 @@ from andabata.machine.wheels.contact import MOMENT, TORQUE, Motion
 from andabata.machine.wheels.hull import meet_walkers, scrape_hull, strike_hull
 from andabata.machine.wheels.tyres import press_tyres, strike_tyres
 from terrain.kernel import kernel
-from worlds.drag import DragMap, braking, drag_at
+from worlds.drag import PERIOD, DragMap, braking, drag_at
 from worlds.walking import HeightGrid, WalkerTrack
 
 _MOST_NEAR = 64
@@ -75,13 +75,11 @@ class Surroundings(NamedTuple):
         ground: Heights and cell of the ground.
         solids: Solid objects.
         walkers: Walkers at the end of each tick of a drive; none has a radius of 0.
-        drag: Drag of plants by place.
     """
 
     ground: HeightGrid
     solids: Solids
     walkers: WalkerTrack
-    drag: DragMap
 
 
 @kernel
@@ -107,6 +105,7 @@ def drive_ticks(
     targets: NDArray[np.float64],
     body: WheelsBody,
     around: Surroundings,
+    drag: DragMap,
     rows: NDArray[np.float64],
     contacts: NDArray[np.float64],
 ) -> None:
@@ -117,6 +116,7 @@ def drive_ticks(
         targets: Commanded speed of the left and of the right wheels [rad/s], shape (2,).
         body: Numbers of the robot.
         around: Ground, solids and walkers that it can touch.
+        drag: Drag of plants. Apart from ``around``, which is passed on in each sub-step.
         rows: Track that is filled: x, y, z [m], quaternion x, y, z, w of ``base_footprint``, left
             and right wheel speed [rad/s] at the end of each tick, shape (ticks, 9).
         contacts: For each tick, written in place: 1 if the body touched a solid object, 1 if it
@@ -126,13 +126,14 @@ def drive_ticks(
     reach = body.hull.reach + 2 * body.tyres.radius
     # Few drives meet walkers, and a call that finds none takes half as long as the hull's ground.
     alone = not (around.walkers.movers.radii > 0.0).any()
-    drags = around.drag.force.size > 0
+    drags, force = drag.force.size > 0, 0.0
     for tick in range(len(rows)):
         motion = motion_of(state, body)
         count = find_near(motion.place, reach, around.solids, near)
         solid = walker = False
         contacts[tick, 2] = dot(motion.velocity, motion.axes.forward)
-        force = _plants(motion, body, around.drag) if drags else 0.0
+        if drags and tick % PERIOD == 0:
+            force = _plants(motion, body, drag)
         for _ in range(SUB_STEPS):
             motion = motion_of(state, body)
             loads[:] = 0.0

@@ -43,7 +43,8 @@ class WheelsVehicle:
         self._body = wheels_body(robot, self._config)
         ground = np.ascontiguousarray(world.ground.heights), world.ground.cell
         nobody = WalkerTrack(Movers.none(1), np.zeros((1, 0)), np.zeros(0), 0, 1 / TICK)
-        self._around = Surroundings(ground, build_solids(world), nobody, drag_map(world))
+        self._around = Surroundings(ground, build_solids(world), nobody)
+        self._drag = drag_map(world)
         corners = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
         self._corners = corners * [robot.wheelbase, robot.track]
         self.place(Start(0.0, 0.0, 0.0))
@@ -73,7 +74,7 @@ class WheelsVehicle:
         around = self._around if walkers is None else self._around._replace(walkers=walkers)
         rows, contacts = np.empty((ticks, 9)), np.empty((ticks, 3))
         targets = np.array([wheels.left, wheels.right])
-        drive_ticks(self._state, targets, self._body, around, rows, contacts)
+        drive_ticks(self._state, targets, self._body, around, self._drag, rows, contacts)
         self._contact = self._first_contact(rows, contacts, walkers)
         self._ticks += ticks
         return rows

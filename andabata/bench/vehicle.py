@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from andabata.bench.table import Row
-from andabata.bench.vehicle_ground import ground_drives
+from andabata.bench.vehicle_ground import ground_drives, ground_table
 from andabata.machine.bullet_vehicle import BulletConfig, BulletVehicle
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
@@ -103,7 +103,7 @@ def vehicle_tables(measurements: Row) -> list[tuple[str, list[Row]]]:
         ("10 s towards an obstacle 1.5 m ahead", obstacle_rows),
         ("tipping over", [measurements["tipping"]]),
         ("fast plants against bullet", measurements["plants"]),
-        ("10 s over ground 1.5 m ahead, in all plants", measurements["ground"]),
+        ("10 s over ground 1.5 m ahead, in all plants", ground_table(measurements["ground"])),
     ]
 
 

@@ -91,6 +91,23 @@ def ground_drives(robot: RobotModel, seed: int) -> list[Row]:
     return rows
 
 
+def ground_table(rows: list[Row]) -> list[Row]:
+    """Return rows for people: the plants that touch something in one column.
+
+    Args:
+        rows: Result of ``ground_drives``.
+    """
+    plants = get_args(Plant)
+    table = []
+    for row in rows:
+        touching = [plant for plant in plants if row[f"{plant}_contact"]]
+        short: Row = {"ground": row["ground"], "size": row["size"]}
+        short |= {f"{plant}_m": row[f"{plant}_m"] for plant in plants}
+        short["contact"] = "all" if len(touching) == len(plants) else ", ".join(touching) or "none"
+        table.append(short | {key: row[key] for key in row if key.endswith("_J")})
+    return table
+
+
 def _drive(
     world: World, robot: RobotModel, plant: Plant, seed: int
 ) -> tuple[float, bool, float | None]:

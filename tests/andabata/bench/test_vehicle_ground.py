@@ -2,7 +2,7 @@
 
 import pytest
 
-from andabata.bench.vehicle_ground import ground_cases, ground_drives
+from andabata.bench.vehicle_ground import ground_cases, ground_drives, ground_table
 from andabata.machine.robot import RobotModel
 
 PLANTS = ("bullet", "wheels", "kinematic")
@@ -42,3 +42,17 @@ def test_each_kind_has_cases_of_both_outcomes(rows):
     work = {row["ground"]: row["wheels_J"] for row in rows}
     grass, thicket, bush = (work[f"{k}, height [m]"] for k in ("high grass", "thicket", "bush"))
     assert grass < thicket < bush
+
+
+def test_a_table_names_the_plants_that_touch():
+    """All of them, some, or none; ends and work stay."""
+    ends = {f"{plant}_m": 1.0 + k for k, plant in enumerate(PLANTS)}
+    given = [
+        {"ground": "a", "size": 1.0, **ends, "wheels_J": 5.0}
+        | {f"{plant}_contact": plant in touching for plant in PLANTS}
+        for touching in (PLANTS, ("bullet", "kinematic"), ())
+    ]
+    found = ground_table(given)
+    assert [row["contact"] for row in found] == ["all", "bullet, kinematic", "none"]
+    assert list(found[0]) == ["ground", "size", *ends, "contact", "wheels_J"]
+    assert found[0]["kinematic_m"] == 3.0

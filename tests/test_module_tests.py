@@ -41,7 +41,7 @@ TESTED_BY = {
     "andabata/bench/speed_peers": f"{BENCH}test_speed.py",
     "andabata/bench/studies/engines": f"{BENCH}studies/test_cluster.py",
     "andabata/bench/studies/raylets": f"{BENCH}studies/test_cluster.py",
-    "andabata/bench/studies/ros_graph": "tests/andabata/ros/test_graph.py",
+    "andabata/bench/studies/ros_graph": "tests/andabata/ros/test_ros1_graph.py",
     "andabata/bench/studies/soak/good_files": f"{BENCH}studies/soak/test_readers.py",
     "andabata/bench/studies/vehicle_rates": f"{BENCH}test_vehicle.py",
     # Parts that show in what uses them.

@@ -1,4 +1,4 @@
-"""Navigator as one node of a live ROS 1 graph."""
+"""Navigator as one node of a live graph."""
 
 import re
 import time
@@ -30,7 +30,7 @@ from andabata.records.topics import Topic
 from andabata.replay.datum import add_fix_remarks
 from andabata.replay.mounting_monitor import MountingMonitor
 from andabata.ros.datum_initializer import DatumInitializer
-from andabata.ros.graph import RosGraph
+from andabata.ros.graph import Graph
 from andabata.ros.sensor_inbox import SensorInbox
 from andabata.ros.startup import StartFinder, wait_for_transforms, warm_up
 
@@ -94,7 +94,7 @@ class NavigatorNode:
 
     def __init__(
         self,
-        graph: RosGraph,
+        graph: Graph,
         config: SimulatedRobotConfig,
         models: Models,
         steering: Steering,
@@ -194,7 +194,7 @@ class NavigatorNode:
         epoch_ns = self._graph.now_ns()
         self._inbox.restart(epoch_ns)
         self._navigator.reset(pose, 0.0, is_rough)
-        self._queue = MessageQueue(self._graph, MessageBuilder(1, epoch_ns))
+        self._queue = MessageQueue(self._graph, MessageBuilder(self._graph.ros, epoch_ns))
         self._recorder = Recorder(
             self._queue,
             self._localizer,

@@ -14,7 +14,7 @@ from andabata.records.decoding.source_choice import is_chosen
 from andabata.records.messages import pose_of
 from andabata.records.remarks import Remarks
 from andabata.records.topics import RosMessage, Topic
-from andabata.ros.graph import RosGraph
+from andabata.ros.graph import Graph
 
 _TRANSFORM_MEMORY = 30.0
 """Time for which transforms of moving frames are kept [s]."""
@@ -24,7 +24,7 @@ class SensorInbox:
     """Thread-safe store of received messages: the graph's threads write, the navigator reads."""
 
     def __init__(
-        self, graph: RosGraph, decoder: SensorDecoder, sources: Mapping[str, str] | None = None
+        self, graph: Graph, decoder: SensorDecoder, sources: Mapping[str, str] | None = None
     ) -> None:
         """Create an empty store.
 

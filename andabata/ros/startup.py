@@ -12,7 +12,7 @@ from andabata.machine.sensor_readings import SensorReadings, Sweeps
 from andabata.navigation.navigator import Navigator
 from andabata.records.messages import NS
 from andabata.ros.datum_initializer import STATUS_INTERVAL, DatumInitializer, missing_readings
-from andabata.ros.graph import RosError, RosGraph
+from andabata.ros.graph import Graph, RosError
 from andabata.ros.sensor_inbox import SensorInbox
 from traversability.cloud import PointCloud
 
@@ -32,7 +32,7 @@ _KEPT_ROWS = 1000
 """Number of rows that are kept of each sensor while the start is unknown."""
 
 
-def wait_for_transforms(graph: RosGraph, inbox: SensorInbox, status: Callable[[str], None]) -> None:
+def wait_for_transforms(graph: Graph, inbox: SensorInbox, status: Callable[[str], None]) -> None:
     """Wait a while for the transforms of the sensors' frames.
 
     Later ones count from their arrival on. What is missing at the end is reported as status.
@@ -56,7 +56,7 @@ class StartFinder:
 
     def __init__(
         self,
-        graph: RosGraph,
+        graph: Graph,
         inbox: SensorInbox,
         datum: DatumInitializer,
         status: Callable[[str], None],

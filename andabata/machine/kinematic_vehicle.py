@@ -66,7 +66,8 @@ class KinematicConfig(BaseModel):
         time_constant: Time constant from commanded to actual twist [s].
         slip_sigma: Standard deviation of the relative error of speed and yaw rate.
         slip_time: Correlation time of that error [s].
-        max_climb: Steepest slope that the body climbs [rad].
+        max_climb: Steepest slope that the body climbs [rad]; the drag of plants takes of the grip
+            that it stands for.
         max_tilt: Roll or pitch beyond which the body rolls over [rad].
         outline_margin: Distance by which the outline of the body is shrunk for contact with the
             cells of the true map [m].

@@ -16,6 +16,7 @@ from andabata.records.topics import POINT_CLOUD, Topic
 from andabata.replay.datum import given_geo_reference
 from andabata.ros.graph import Graph
 from andabata.ros.navigator_node import NavigatorNode
+from andabata.ros.navigator_output import OutputForm
 from andabata.ros.robot_node import RobotNode
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.viewer.options import ViewConfig
@@ -43,6 +44,7 @@ def run_navigator(
     seconds: float | None = None,
     local_map: bool = True,
     view: ViewConfig | None = None,
+    form: OutputForm | None = None,
 ) -> dict[str, Any]:
     """Run the navigator in a live graph and return its figures, ready for JSON.
 
@@ -61,6 +63,7 @@ def run_navigator(
         seconds: Time after which to stop [s]; None to run until the graph ends.
         local_map: True to publish the local map and the plan.
         view: Choices of who watches in a browser; None for no such view.
+        form: Form of the output; None for the paper's.
 
     Raises:
         RosError: If ROS is not installed or there is no graph to join.
@@ -80,6 +83,7 @@ def run_navigator(
             console.status,
             local_map,
             sources,
+            form,
         )
         if goal is not None:
             node.set_goal(np.array(goal))

@@ -31,6 +31,7 @@ from andabata.replay.datum import add_fix_remarks
 from andabata.replay.mounting_monitor import MountingMonitor
 from andabata.ros.datum_initializer import DatumInitializer
 from andabata.ros.graph import Graph
+from andabata.ros.navigator_output import NavigatorOutput, OutputForm
 from andabata.ros.sensor_inbox import SensorInbox
 from andabata.ros.startup import StartFinder, wait_for_transforms, warm_up
 
@@ -104,6 +105,7 @@ class NavigatorNode:
         status: Callable[[str], None] = lambda text: None,
         local_map: bool = True,
         sources: Mapping[str, str] | None = None,
+        form: OutputForm | None = None,
     ) -> None:
         """Assemble the navigator, compile it, and subscribe to its topics.
 
@@ -120,9 +122,11 @@ class NavigatorNode:
                 origin, assumptions, and what a start still lacks.
             local_map: True to publish the local map, the plan and ``map -> odom`` too.
             sources: Frame of the only source that is read, by topic.
+            form: Form of the output; None for the paper's.
         """
         self._graph, self._status = graph, status
-        self._datum = DatumInitializer(given or {}, status)
+        self._output = NavigatorOutput(graph, form or OutputForm())
+        self._datum = DatumInitializer(given or {}, status, graph.ros)
         extrinsics = Extrinsics(mountings)
         decoder = SensorDecoder(0, cloud, MessageDecoder(config.robot), extrinsics)
         self._inbox = SensorInbox(graph, decoder, sources)
@@ -132,7 +136,7 @@ class NavigatorNode:
         self._reported: set[str] = set()
         self._inbox.subscribe()
         for topic in (*_PUBLISHED, *(topics.PLANNER_TOPICS if local_map else ())):
-            graph.advertise(topic)
+            self._output.advertise(topic)
 
     def _assemble_navigator(
         self, config: SimulatedRobotConfig, models: Models, steering: Steering, local_map: bool
@@ -194,7 +198,7 @@ class NavigatorNode:
         epoch_ns = self._graph.now_ns()
         self._inbox.restart(epoch_ns)
         self._navigator.reset(pose, 0.0, is_rough)
-        self._queue = MessageQueue(self._graph, MessageBuilder(self._graph.ros, epoch_ns))
+        self._queue = MessageQueue(self._output, MessageBuilder(self._graph.ros, epoch_ns))
         self._recorder = Recorder(
             self._queue,
             self._localizer,
@@ -297,9 +301,9 @@ class NavigatorNode:
         """Command a standstill, the last command of this node."""
         builder, now_ns = self._queue.builder, self._graph.now_ns()
         seconds = (now_ns - builder.epoch_ns) / NS
-        self._graph.write(topics.TWIST, now_ns, builder.twist(0.0, 0.0))
+        self._output.write(topics.TWIST, now_ns, builder.twist(0.0, 0.0))
         wheels = builder.wheels("Wheels_cmd", seconds, 0.0, 0.0)
-        self._graph.write(topics.WHEEL_COMMAND, now_ns, wheels)
+        self._output.write(topics.WHEEL_COMMAND, now_ns, wheels)
         time.sleep(_FLUSH_TIME)
 
     def _result(self) -> dict[str, Any]:

@@ -8,6 +8,7 @@ import typer
 
 if TYPE_CHECKING:
     from andabata.app.live import OpenGraph
+    from andabata.ros.navigator_output import OutputForm
 
 _GRAPH = "Graph"
 """Panel of the help."""
@@ -60,6 +61,34 @@ class LiveDriveOptions:
         from andabata.configuration.usage import numbers
 
         return None if self.goal is None else numbers(self.goal, 2, "--goal")
+
+
+@dataclass(frozen=True)
+class OutputOptions:
+    """Form of what the navigator publishes: ``--stamped``, ``--points``."""
+
+    stamped: Annotated[
+        bool,
+        typer.Option(
+            "--stamped",
+            help="Publish /cmd_vel as TwistStamped, Nav2's type since Kilted, in place of Twist.",
+            rich_help_panel=_GRAPH,
+        ),
+    ] = False
+    points: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            help="Largest number of points of a published cloud; larger ones are thinned.",
+            rich_help_panel=_GRAPH,
+        ),
+    ] = 10_000
+
+    def form(self) -> "OutputForm":
+        """Return the form of the output in a ROS 2 graph."""
+        from andabata.ros.navigator_output import OutputForm
+
+        return OutputForm(self.stamped, self.points, latches_maps=True)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from andabata.records import topics
 from andabata.records.messages import MessageBuilder
 from andabata.records.topics import POINT_CLOUD, Ros, RosMessage, Topic
 from andabata.ros.graph import Graph
+from andabata.ros.live_recording import LiveRecording
 
 STAMPED_TWIST = replace(topics.TWIST, kind="geometry_msgs/msg/TwistStamped")
 """The command with a stamp, as Nav2 has it since ROS 2 Kilted."""
@@ -34,14 +35,17 @@ class OutputForm:
 class NavigatorOutput:
     """Writer of a navigator's messages to a graph."""
 
-    def __init__(self, graph: Graph, form: OutputForm) -> None:
+    def __init__(
+        self, graph: Graph, form: OutputForm, recording: LiveRecording | None = None
+    ) -> None:
         """Write to a graph.
 
         Args:
             graph: The graph.
             form: Form of the output.
+            recording: Recording that the messages are written to, too; None for none.
         """
-        self._graph, self._form = graph, form
+        self._graph, self._form, self._recording = graph, form, recording
         self.ros: Ros = graph.ros
 
     def advertise(self, topic: Topic) -> None:
@@ -56,6 +60,12 @@ class NavigatorOutput:
         if topic.kind == POINT_CLOUD and self._form.max_points is not None:
             message = thinned(message, self._form.max_points)
         self._graph.write(self._formed(topic), stamp_ns, message)
+        if self._recording is not None:
+            self._recording.write(self._formed(topic), stamp_ns, message)
+
+    def stop_recording(self) -> None:
+        """Record nothing more: what follows belongs to no control period."""
+        self._recording = None
 
     def close(self) -> None:
         """Leave the graph."""

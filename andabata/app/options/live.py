@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -16,7 +17,7 @@ _GRAPH = "Graph"
 
 @dataclass(frozen=True)
 class LiveDriveOptions:
-    """Drive in a live graph: ``--start``, ``--goal``, ``--seconds``, ``--map``."""
+    """Drive in a live graph: ``--start``, ``--goal``, ``--seconds``, ``--map``, ``--record``."""
 
     start: Annotated[
         str | None,
@@ -41,6 +42,14 @@ class LiveDriveOptions:
             help="Publish the local map, the plan and map -> odom too, for Nav2 and grid_map.",
         ),
     ] = True
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Record what the navigator uses and publishes, period by period, for `bag "
+            "replay`: .mcap or .db3 in ROS 2, .bag in ROS 1.",
+        ),
+    ] = None
 
     def start_pose(self) -> tuple[float, ...] | None:
         """Return position [m] and yaw [deg] in the map, None to wait for them in the graph.

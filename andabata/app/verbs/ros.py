@@ -135,6 +135,7 @@ def navigate(
         local_map=drive.local_map,
         view=viewer.wanted(),
         form=form,
+        record=drive.record,
     )
     console.result(data, navigation_text(data))
 

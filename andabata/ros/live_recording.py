@@ -21,6 +21,9 @@ from andabata.ros.graph import RosError
 
 Received = tuple[Topic, RosMessage]
 
+_OURS = (("map", "odom"), ("odom", "base_footprint"))
+"""Transforms that the navigator publishes, as parent and child."""
+
 
 class LiveRecording:
     """Recording that a replay divides into the control periods of the drive."""
@@ -66,7 +69,8 @@ class LiveRecording:
         """
         builder = self.builder
         for topic, message in received:
-            self._write(now, replace(topic, kind=message_type(message), kind1=None), message)
+            typed = replace(topic, kind=message_type(message), kind1=None)
+            self._write(now, typed, _without_ours(message) if topic is topics.TF else message)
         for row in _rows(readings.imu):
             self._write(now, topics.IMU, builder.imu(row))
         for row in _rows(readings.encoders):
@@ -98,6 +102,16 @@ class LiveRecording:
     def close(self) -> None:
         """Finish the file."""
         self._writer.close()
+
+
+def _without_ours(message: RosMessage) -> RosMessage:
+    """Return transforms without those that we publish: in a recording they would contradict."""
+    foreign = [
+        each
+        for each in message.transforms
+        if (each.header.frame_id.lstrip("/"), each.child_frame_id.lstrip("/")) not in _OURS
+    ]
+    return replace(message, transforms=foreign)
 
 
 def _rows(rows: NDArray[np.float64] | None) -> NDArray[np.float64]:

@@ -26,10 +26,11 @@ _LOOPBACK = (
     "</Interfaces></General></Domain></CycloneDDS>"
 )
 
+# Announced each second: a peer that comes later is reached by no multicast.
 _UNICAST = (
     "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></General>"
     "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><SPDPInterval>1s</SPDPInterval>"
     "<Peers>{peers}</Peers></Discovery></Domain></CycloneDDS>"
 )
 

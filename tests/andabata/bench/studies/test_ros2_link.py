@@ -1,5 +1,7 @@
 """Messages pass between our graph and ROS 2's own client, both ways, whatever service is asked."""
 
+import os
+
 import pytest
 
 from andabata.bench.studies.ros2_link import measure, rclpy_python
@@ -23,3 +25,21 @@ def test_clouds_and_readings_pass_both_ways(reliable, monkeypatch):
     assert found["dropped"] == 0
     assert ["andabata_link", "/"] in found["nodes"]
     assert found["topics"]["/cmd_vel"] == ["geometry_msgs/msg/Twist"]
+
+
+@needs_rclpy
+@pytest.mark.parametrize(
+    ("variable", "value", "offset"),
+    [("ROS_LOCALHOST_ONLY", "1", 1), ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 2)],
+)
+def test_nodes_of_one_machine_find_each_other_without_the_network(
+    variable, value, offset, monkeypatch
+):
+    """The variables of ROS 2 mean the same to both sides."""
+    with domain(monkeypatch):
+        # A process configures a domain once.
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(int(os.environ["ROS_DOMAIN_ID"]) + offset))
+        monkeypatch.setenv(variable, value)
+        found = measure(rclpy_python(), reliable=True, seconds=0.5)
+    assert found["to_rclpy"]["cloud"]["received"] == 5
+    assert found["from_rclpy"]["cloud"]["received"] == 5

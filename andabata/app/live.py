@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,9 @@ from andabata.records.frames.sensor_pose import GivenMounting
 from andabata.records.topics import POINT_CLOUD, Topic
 from andabata.replay.datum import given_geo_reference
 from andabata.ros.graph import Graph
+from andabata.ros.live_recording import LiveRecording
 from andabata.ros.navigator_node import NavigatorNode
+from andabata.ros.navigator_output import OutputForm
 from andabata.ros.robot_node import RobotNode
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.viewer.options import ViewConfig
@@ -43,6 +46,8 @@ def run_navigator(
     seconds: float | None = None,
     local_map: bool = True,
     view: ViewConfig | None = None,
+    form: OutputForm | None = None,
+    record: Path | None = None,
 ) -> dict[str, Any]:
     """Run the navigator in a live graph and return its figures, ready for JSON.
 
@@ -61,6 +66,8 @@ def run_navigator(
         seconds: Time after which to stop [s]; None to run until the graph ends.
         local_map: True to publish the local map and the plan.
         view: Choices of who watches in a browser; None for no such view.
+        form: Form of the output; None for the paper's.
+        record: Path of a recording of what is used and published; None for none.
 
     Raises:
         RosError: If ROS is not installed or there is no graph to join.
@@ -68,7 +75,7 @@ def run_navigator(
     """
     config = configure(base)
     steering = make_steering(controller, None, config, models)
-    with _graph(open_graph, "andabata") as graph:
+    with _graph(open_graph, "andabata") as graph, _recording(record, graph) as recording:
         node = NavigatorNode(
             graph,
             config,
@@ -80,6 +87,8 @@ def run_navigator(
             console.status,
             local_map,
             sources,
+            form,
+            recording,
         )
         if goal is not None:
             node.set_goal(np.array(goal))
@@ -129,6 +138,17 @@ def _graph(open_graph: OpenGraph, name: str) -> Iterator[Graph]:
         yield graph
     finally:
         graph.close()
+
+
+@contextmanager
+def _recording(path: Path | None, graph: Graph) -> Iterator[LiveRecording | None]:
+    """Create a recording, and finish it at the end; None without a path."""
+    recording = None if path is None else LiveRecording(path, graph.ros)
+    try:
+        yield recording
+    finally:
+        if recording is not None:
+            recording.close()
 
 
 def _pose(start: tuple[float, ...] | None) -> Pose | None:

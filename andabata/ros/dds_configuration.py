@@ -1,6 +1,9 @@
 """Configuration of DDS by the environment variables of ROS 2 and of Cyclone DDS."""
 
 from collections.abc import Mapping
+from xml.etree.ElementTree import ParseError
+
+from defusedxml.ElementTree import fromstring
 
 from andabata.ros.graph import RosError
 
@@ -23,10 +26,11 @@ _LOOPBACK = (
     "</Interfaces></General></Domain></CycloneDDS>"
 )
 
+# Announced each second: a peer that comes later is reached by no multicast.
 _UNICAST = (
     "<CycloneDDS><Domain><General><AllowMulticast>false</AllowMulticast></General>"
     "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><SPDPInterval>1s</SPDPInterval>"
     "<Peers>{peers}</Peers></Discovery></Domain></CycloneDDS>"
 )
 
@@ -61,10 +65,18 @@ def configuration(environment: Mapping[str, str]) -> str:
         environment: Environment variables.
 
     Raises:
-        RosError: If ``ROS_AUTOMATIC_DISCOVERY_RANGE`` is none of ROS 2's.
+        RosError: If ``ROS_AUTOMATIC_DISCOVERY_RANGE`` is none of ROS 2's, or the user's
+            configuration is text that is no XML, of which Cyclone DDS would take a part.
     """
     parts = [_COMPATIBILITY, *_discovery(environment)]
     user = environment.get("CYCLONEDDS_URI", "").strip()
+    if user.startswith("<"):
+        try:
+            fromstring(f"<all>{user}</all>")
+        except ParseError as error:
+            raise RosError(
+                f"CYCLONEDDS_URI={user}: expected XML, got {error}; mend it or unset CYCLONEDDS_URI"
+            ) from error
     return ",".join([*parts, user] if user else parts)
 
 

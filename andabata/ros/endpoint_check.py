@@ -12,7 +12,7 @@ from andabata.ros.graph import TopicNames
 _PATIENCE = 25
 """Number of looks after which an endpoint is judged although its node's name is not known."""
 
-_COMMANDS = (topics.TWIST, topics.WHEEL_COMMAND)
+_COMMANDS = (topics.TWIST.ros2, topics.WHEEL_COMMAND.ros2)
 """Topics of which a robot obeys one publisher."""
 
 
@@ -50,7 +50,7 @@ class EndpointCheck:
         for publisher in self._ripe(watch.publishers):
             if publisher.topic in received:
                 self._judge_publisher(publisher, received[publisher.topic])
-            if publisher.topic in sent and sent[publisher.topic][0] in _COMMANDS:
+            if publisher.topic in sent and sent[publisher.topic][0].ros2 in _COMMANDS:
                 self._report(publisher, "publishes it, too: a robot obeys one; --remap ours")
         for subscriber in self._ripe(watch.subscribers):
             if subscriber.topic in sent:

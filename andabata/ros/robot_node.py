@@ -14,7 +14,7 @@ from andabata.machine.simulator import Simulator
 from andabata.records import topics
 from andabata.records.messages import NS, MessageBuilder, pose_of, wheel_speeds_of
 from andabata.records.recorder import MessageQueue, queue_readings
-from andabata.records.topics import RosMessage, Topic
+from andabata.records.topics import Ros, RosMessage, Topic
 from andabata.ros.graph import Graph
 from andabata.tasks.terminations import Outcome, TerminationConfig
 from worlds.scenes import Scene
@@ -29,6 +29,9 @@ _LEAD_NS = NS // 10
 """Time from the graph's present to the simulation's zero [ns]: a period has to be computed."""
 
 _PERIODS_PER_SECOND = 10
+
+_STATIC: dict[Ros, tuple[Topic, ...]] = {1: (), 2: (topics.TF_STATIC,)}
+"""Topic of the robot's own transforms by version of ROS: the paper's graph has none."""
 
 
 class RobotNode:
@@ -52,7 +55,7 @@ class RobotNode:
         graph.subscribe(topics.WHEEL_COMMAND, self._take_command)
         graph.subscribe(topics.GOAL_REACHED, self._take_arrival)
         # Latched: a navigator that starts later gets them, too.
-        for topic in (topics.INITIAL_POSE, topics.GOAL):
+        for topic in (topics.INITIAL_POSE, topics.GOAL, *_STATIC[graph.ros]):
             graph.advertise(topic, latch=True)
 
     def _take_command(self, _: Topic, message: RosMessage) -> None:
@@ -126,6 +129,15 @@ class RobotNode:
         if is_first:
             message = self._builder.stamped_pose(stamp, state.pose)
             graph.write(topics.INITIAL_POSE, now_ns, message)
+            for topic in _STATIC[graph.ros]:
+                graph.write(topic, now_ns, self._base_transform(topic))
+
+    def _base_transform(self, topic: Topic) -> RosMessage:
+        """Return ``base_footprint -> base_link``: both are on the ground."""
+        builder, frames = self._builder, ("base_footprint", "base_link")
+        row = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+        stamped = builder.stamped_transform(self._readings.stamp, frames, row)
+        return builder.new(topic.type_name(builder.ros), transforms=[stamped])
 
     def _attempt(
         self,

@@ -20,7 +20,7 @@ from andabata.ros.endpoint_check import EndpointCheck
 from andabata.ros.graph import RosError, TopicNames
 from andabata.ros.graph_clock import GraphClock, SimulatedClock, WallClock
 
-_CLOCK = Topic("/clock", "/clock", "rosgraph_msgs/msg/Clock", None)
+CLOCK = Topic("/clock", "/clock", "rosgraph_msgs/msg/Clock", None)
 
 _DISCOVERY_PERIOD = 0.2
 """Time between two looks at who is there [s]."""
@@ -74,7 +74,7 @@ class Ros2Graph:
         self._clock: GraphClock = WallClock()
         if use_sim_time:
             self._clock = clock = SimulatedClock()
-            self.subscribe(_CLOCK, lambda _, message: clock.set(_nanoseconds(message.clock)))
+            self.subscribe(CLOCK, lambda _, message: clock.set(_nanoseconds(message.clock)))
         self._discovery = threading.Thread(target=self._discover, daemon=True)
         self._discovery.start()
 
@@ -217,9 +217,10 @@ def _join(environment: Any) -> Any:  # noqa: ANN401 - cyclonedds' type.
     except DDSException as error:
         user = environment.get("CYCLONEDDS_URI")
         cause = f"CYCLONEDDS_URI={user}" if user else "the network's interfaces"
+        step = "mend the file or unset CYCLONEDDS_URI" if user else "check `ip address`"
         raise RosError(
-            f"DDS: expected to join domain {number}, got {error.msg or error} with {cause}; "
-            + ("mend the file or unset CYCLONEDDS_URI" if user else "check `ip address`")
+            f"DDS: expected to join domain {number}, got a refusal with {cause}, whose reason "
+            f"Cyclone DDS has printed; {step}"
         ) from error
 
 

@@ -126,7 +126,8 @@ def _sockets(size: int) -> str:
     if size >= _UDP_BUFFER:
         return text
     return (
-        f"{text}; a driver of a 3D laser on this machine, which reads UDP, can lose packets: "
+        f"{text}; a driver of a 3D laser on this machine and large clouds of ROS 2, which come by "
+        "UDP, can lose packets: "
         f"`sudo sysctl -w net.core.rmem_max={_UDP_BUFFER}`"
     )
 

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
     from andabata.app.live import OpenGraph
+    from andabata.ros.navigator_output import OutputForm
 
 _GRAPH = "Graph"
 """Panel of the help."""
@@ -15,7 +17,7 @@ _GRAPH = "Graph"
 
 @dataclass(frozen=True)
 class LiveDriveOptions:
-    """Drive in a live graph: ``--start``, ``--goal``, ``--seconds``, ``--map``."""
+    """Drive in a live graph: ``--start``, ``--goal``, ``--seconds``, ``--map``, ``--record``."""
 
     start: Annotated[
         str | None,
@@ -40,6 +42,14 @@ class LiveDriveOptions:
             help="Publish the local map, the plan and map -> odom too, for Nav2 and grid_map.",
         ),
     ] = True
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Record what the navigator uses and publishes, period by period, for `bag "
+            "replay`: .mcap or .db3 in ROS 2, .bag in ROS 1.",
+        ),
+    ] = None
 
     def start_pose(self) -> tuple[float, ...] | None:
         """Return position [m] and yaw [deg] in the map, None to wait for them in the graph.
@@ -60,6 +70,34 @@ class LiveDriveOptions:
         from andabata.configuration.usage import numbers
 
         return None if self.goal is None else numbers(self.goal, 2, "--goal")
+
+
+@dataclass(frozen=True)
+class OutputOptions:
+    """Form of what the navigator publishes: ``--stamped``, ``--points``."""
+
+    stamped: Annotated[
+        bool,
+        typer.Option(
+            "--stamped",
+            help="Publish /cmd_vel as TwistStamped, Nav2's type since Kilted, in place of Twist.",
+            rich_help_panel=_GRAPH,
+        ),
+    ] = False
+    points: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            help="Largest number of points of a published cloud; larger ones are thinned.",
+            rich_help_panel=_GRAPH,
+        ),
+    ] = 10_000
+
+    def form(self) -> "OutputForm":
+        """Return the form of the output in a ROS 2 graph."""
+        from andabata.ros.navigator_output import OutputForm
+
+        return OutputForm(self.stamped, self.points, latches_maps=True)
 
 
 @dataclass(frozen=True)

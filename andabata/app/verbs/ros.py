@@ -21,6 +21,7 @@ from worlds.splits import DEVELOPMENT_SEED
 if TYPE_CHECKING:
     from andabata.app.console import Console
     from andabata.app.live import OpenGraph
+    from andabata.ros.navigator_output import OutputForm
 
 Controller = Annotated[
     str, typer.Option(help="policy+planner, policy, planner, reactive or straight.")
@@ -94,6 +95,7 @@ def navigate(
     models: ModelOptions,
     viewer: RobotViewOptions,
     console: "Console",
+    form: "OutputForm | None" = None,
 ) -> None:
     """Run the navigator in a graph and print its figures.
 
@@ -106,6 +108,7 @@ def navigate(
         models: Classifiers and policy.
         viewer: Choices of who watches.
         console: Console to print to.
+        form: Form of the output; None for the paper's.
     """
     from andabata.app.live import run_navigator
     from andabata.app.replay_text import navigation_text
@@ -131,6 +134,8 @@ def navigate(
         seconds=drive.seconds,
         local_map=drive.local_map,
         view=viewer.wanted(),
+        form=form,
+        record=drive.record,
     )
     console.result(data, navigation_text(data))
 

@@ -3,7 +3,7 @@
 import typer
 
 from andabata.app.command import command
-from andabata.app.options.live import LiveDriveOptions, Ros2Options
+from andabata.app.options.live import LiveDriveOptions, OutputOptions, Ros2Options
 from andabata.app.options.models import ModelOptions
 from andabata.app.options.sensors import SensorOptions
 from andabata.app.options.shared import (
@@ -30,6 +30,7 @@ def navigator(
     *,
     controller: Controller = "policy+planner",
     drive: LiveDriveOptions,
+    form: OutputOptions,
     graph: Ros2Options,
     robot: Robot = "andabata",
     sensors: SensorOptions,
@@ -47,7 +48,7 @@ def navigator(
     """
     console = output.console()
     opener = graph.opener(console.status)
-    navigate(opener, controller, drive, robot, sensors, models, viewer, console)
+    navigate(opener, controller, drive, robot, sensors, models, viewer, console, form.form())
 
 
 @app.command()

@@ -9,7 +9,7 @@ import json
 import os
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -73,18 +73,17 @@ def peer_process(python: Path, script: Path, plan: dict[str, Any]) -> Iterator[A
     """
     # Its packages find each other; ours must not be among them.
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [str(python), str(script), json.dumps(plan)],
         env=environment,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
-    )
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def measure(
@@ -118,9 +117,7 @@ def measure(
             for topic in sent.values():
                 graph.advertise(topic)
             for kind, topic in RECEIVED.items():
-                graph.subscribe(
-                    topic, lambda _, message, kind=kind: delays[kind].append(_delay(message))
-                )
+                graph.subscribe(topic, _taker(delays[kind]))
             if process.stdout.readline() != "ready\n":
                 raise RuntimeError("rclpy: expected ready, got the end of its process")
             time.sleep(1.0)  # Both sides know of each other; each has to have matched, too.
@@ -138,6 +135,16 @@ def measure(
         "nodes": found["nodes"],
         "topics": found["topics"],
     }
+
+
+def _taker(delays: list[float]) -> Callable[[Topic, RosMessage], None]:
+    """Return the function that notes the delay of a message [s]."""
+
+    def take(_: Topic, message: RosMessage) -> None:
+        """Note the delay of a message."""
+        delays.append((time.time_ns() - header_ns(message)) / NS)
+
+    return take
 
 
 def _send(graph: Ros2Graph, sent: dict[str, Topic], seconds: float, points: int) -> dict[str, int]:
@@ -176,11 +183,6 @@ def _message(kind: str, points: int) -> RosMessage:
         data=np.zeros(16 * points, dtype=np.uint8),
         is_dense=True,
     )
-
-
-def _delay(message: RosMessage) -> float:
-    """Return the time since a message was stamped [s]."""
-    return (time.time_ns() - header_ns(message)) / NS
 
 
 def _table(sent: dict[str, int], delays: dict[str, list[float]]) -> dict[str, dict[str, Any]]:

@@ -160,7 +160,7 @@ class GridPlanner:
         places = self.corner + (self._edge + 0.5) * self._cell
         costs = prior.costs_to(self.goal, places, self.map_of_odom) / self._cell
         unknown = self.search.unknown
-        straight = unknown * np.hypot(*(self._last_cell() - self._edge).T)
+        straight = (unknown + prior.outside) * np.hypot(*(self._last_cell() - self._edge).T)
         costs = np.where(np.isnan(costs), straight, costs)
         # Above that no cell of the edge is on the way, and the queue ends.
         return np.minimum(costs, costs.min() + 2 * unknown * len(self.costs))

@@ -30,8 +30,11 @@ class PriorMapConfig(BaseModel):
         cell: Distance between the heights [m]: aerial surveys have 1 m, satellites 10 to 30 m.
         height_error: Standard deviation of the heights of ``world`` [m]; 0.1 m is what national
             surveys by airborne laser state (USGS 3DEP, quality level 2).
-        steep_slope: Slope from which on ground costs the most [rad].
-        steep_cost: Extra cost of a metre there; it falls to none at half that slope.
+        steep_slope: Slope above which the ground is likely forbidden [rad].
+        steep_cost: Extra cost of a metre of forbidden ground. It begins at ``slope_margin`` below
+            the slope and is full as much above it: gentler slopes are driven as level ground is.
+        slope_margin: Error of a slope of the model [rad]; 0.1 m on grid lines 1 m apart make 4
+            degrees.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -41,6 +44,7 @@ class PriorMapConfig(BaseModel):
     cell: float = Field(default=1.0, gt=0, le=50)
     height_error: float = Field(default=0.1, ge=0, le=10)
     steep_slope: float = Field(default=np.deg2rad(20.0), gt=0, lt=1.5)
+    slope_margin: float = Field(default=np.deg2rad(4.0), gt=0, lt=1.5)
     steep_cost: float = Field(default=10.0, ge=0, le=100)
 
 
@@ -72,6 +76,7 @@ class PriorMap:
         cell: Edge of a cell [m].
         extra: Extra cost of a metre in each cell, float32, shape (nx, ny).
         highest: Highest of them.
+        outside: Their mean, which holds beyond the known heights.
     """
 
     def __init__(self, heights: Heightfield, config: PriorMapConfig, unknown: float) -> None:
@@ -85,9 +90,12 @@ class PriorMap:
         self.cell = heights.cell
         along, across = np.gradient(heights.heights.astype(np.float64), heights.cell)
         slope = np.arctan(np.hypot(along, across))
-        share = np.clip(2.0 * slope / config.steep_slope - 1.0, 0.0, 1.0)
+        above = (slope - config.steep_slope) / config.slope_margin
+        share = np.clip(0.5 + 0.5 * above, 0.0, 1.0)
         self.extra: NDArray[np.float32] = (config.steep_cost * share).astype(np.float32)
         self.highest = float(self.extra.max())
+        # Else the unknown beyond would be the better way, wherever there are hills.
+        self.outside = np.float32(self.extra.mean())
         self._ways = _ways(unknown + self.extra.astype(np.float64), self.cell)
         self._goal = -1
         self._rest: NDArray[np.float64] = np.zeros(self.extra.shape)
@@ -105,9 +113,9 @@ class PriorMap:
             corner: Place of the square's first corner in ``odom`` [m], shape (2,).
             cell: Edge of a cell of the square [m].
             transform: Transform from ``odom`` to the map.
-            extra: Result, float32, shape (n, n); zero beyond the known heights.
+            extra: Result, float32, shape (n, n); the mean beyond the known heights.
         """
-        _sample(self.extra, self.cell, corner, cell, transform, extra)
+        _sample(self.extra, self.cell, corner, cell, transform, self.outside, extra)
 
     def costs_to(
         self, goal: NDArray[np.float64], places: NDArray[np.float64], transform: MapTransform
@@ -168,9 +176,10 @@ def _sample(
     corner: NDArray[np.float64],
     cell: float,
     transform: MapTransform,
+    outside: np.float32,
     result: NDArray[np.float32],
 ) -> None:
-    """Write the nearest value of the map into each cell of a square in ``odom``, else zero."""
+    """Write the nearest value of the map into each cell of a square in ``odom``."""
     nx, ny = values.shape
     for i in range(len(result)):
         x = corner[0] + (i + 0.5) * cell
@@ -181,4 +190,4 @@ def _sample(
             p = int(np.floor(map_x / spacing + 0.5 * nx))
             q = int(np.floor(map_y / spacing + 0.5 * ny))
             inside = 0 <= p < nx and 0 <= q < ny
-            result[i, j] = values[p, q] if inside else np.float32(0.0)
+            result[i, j] = values[p, q] if inside else outside

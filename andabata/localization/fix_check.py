@@ -35,6 +35,20 @@ class FixCheck:
     assumed: Counter[str]
 
 
+def reports_no_fix(fixes: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which rows say that the receiver has no fix.
+
+    Args:
+        fixes: Rows as in ``check_fixes``.
+
+    Returns:
+        True for such a report, bool, shape (k,). Noise of a damaged link is none: its place would
+        have to be no number twice, or a place.
+    """
+    whole = np.isfinite(fixes[:, 1]) == np.isfinite(fixes[:, 2])
+    return np.isposinf(fixes[:, 4]) & whole & np.isfinite(fixes[:, 0])
+
+
 def check_fixes(fixes: NDArray[np.float64]) -> FixCheck:
     """Validate fixes and return which can be used.
 

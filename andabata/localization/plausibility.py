@@ -1,8 +1,9 @@
 """Plausibility of inertial unit, encoders and compass: their rows against each other, each period.
 
 A sensor that hangs repeats its last row bit for bit while the others move; noise never does. One
-whose scale is wrong turns by another angle than the other two, or feels another gravity. Rows that
-are not believed count as not received.
+whose scale is wrong turns by another angle than the other two, or feels another gravity; encoders
+whose scale jumps change their speed as the robot does not. Rows that are not believed count as not
+received.
 """
 
 from collections import Counter, defaultdict
@@ -13,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.localization.measurements import FORCE, STAMP
-from andabata.localization.plausibility_period import (
-    REPEATED,
-    SCALE,
-    examine_period,
-)
+from andabata.localization.plausibility_period import examine_period
 from andabata.localization.sense_watch import (
     DOUBTS,
+    JUMP,
+    REPEATED,
+    SCALE,
     SINCE,
     WAY,
     WHEELS,
@@ -38,6 +38,7 @@ class Doubt(IntEnum):
     NONE = 0
     REPEATED = REPEATED
     SCALE = SCALE
+    JUMP = JUMP
 
 
 class SenseRows(NamedTuple):
@@ -143,7 +144,7 @@ class Plausibility:
         doubts, since = self._codes, self._since
         if is_wrong and not doubts[WHEELS]:
             doubts[WHEELS], since[WHEELS] = SCALE, stamp
-        elif not is_wrong and doubts[WHEELS] == SCALE and begin >= since[WHEELS]:
+        elif not is_wrong and doubts[WHEELS] in (SCALE, JUMP) and begin >= since[WHEELS]:
             doubts[WHEELS] = 0
 
     def warnings(self, now: float) -> tuple[str, ...]:
@@ -162,7 +163,11 @@ class Plausibility:
 STALE = "stale: too old or out of order"
 """Reason why single rows are not used."""
 
-_REASONS = {Doubt.REPEATED: "repeated", Doubt.SCALE: "out of scale"}
+_REASONS = {
+    Doubt.REPEATED: "repeated",
+    Doubt.SCALE: "out of scale",
+    Doubt.JUMP: "not as the accelerometer",
+}
 """Reasons why the rows of a sense that is not believed are not used."""
 
 
@@ -175,6 +180,8 @@ def _words(name: str, doubt: Doubt) -> str:
             return "repeat their last row while the gyro turns"
         case "compass", Doubt.REPEATED:
             return "repeats its last row while the robot moves"
+        case "wheels", Doubt.JUMP:
+            return "change their speed, and the accelerometer feels another change"
         case "imu", Doubt.SCALE:
             return "its gyro contradicts compass and wheels"
         case "wheels", Doubt.SCALE:

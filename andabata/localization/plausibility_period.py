@@ -1,5 +1,7 @@
 """One period of the plausibility of inertial unit, encoders and compass: runs, turns, forces."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,34 +21,39 @@ from andabata.localization.sense_watch import (
     FORCES,
     IMU,
     PERIODS,
+    REPEATED,
+    ROWS_OF_A_RUN,
+    SCALE,
     TURN_TIME,
     WHEEL_REPEAT_TIME,
     WHEELS,
     PlausibilityConfig,
     Watch,
     Wheel,
+    acquit,
+    doubt,
+    slot_of,
     watch_of,
 )
+from andabata.localization.speed_plausibility import follow_speed, judge_speed
 from andabata.machine.proprioception import GRAVITY
 from terrain.kernel import borrowing_kernel
 
-REPEATED, SCALE = 1, 2
-"""Reasons why a sense is not believed; 0 is none."""
-
 _MAX_PERIOD = 0.5
 """Longest period whose turns are compared [s]."""
-
-_ROWS_OF_A_RUN = 5
-"""Least number of equal rows that can be a sensor that hangs."""
 
 _AGREEMENT = (0.1, 0.2)
 """Difference of two turns, and its share of the larger one, at which two senses agree [rad]."""
 
 _DIFFERENCE = (0.25, 0.25)
-"""The same at which gyro and compass contradict each other [rad]."""
+"""The same at which gyro and compass contradict each other while the wheels' ratio is not known."""
 
-_WHEEL_DIFFERENCE = (0.25, 0.5)
-"""The same at which wheels, which slip, contradict both [rad]."""
+_GYRO_DIFFERENCE = (0.15, 0.2)
+"""Difference of the gyro from wheels and compass, both to the same side, and its share of all that
+was turned to and fro, at which it is wrong [rad]: largest 0.06 and 0.2 in 117 healthy drives."""
+
+_WHEEL_DIFFERENCE = (0.2, 0.2)
+"""The same of the wheels, which slip, from gyro and compass: largest 0.12 and 0.2 there."""
 
 _STILL_TURN = 0.3
 """Turn in which wheels cannot stand still [rad]."""
@@ -54,8 +61,12 @@ _STILL_TURN = 0.3
 _CLEAR_TURN = 0.5
 """Turn in which an agreement counts [rad]."""
 
-_LONGEST = 4
-"""Ratio of the longest time in which turns are compared to the shortest."""
+_SHORTEST, _LONGEST = 0.5, 4
+"""Ratios of the shortest and the longest time in which turns are compared to ``turn_time``."""
+
+_ONE_SIDED = 0.7
+"""Share of a turn in all that was turned to and fro from which the wheels' ratio follows from it:
+they may turn farther to one side than to the other."""
 
 _PERIODS_OF_RATIO = 20
 """Number of periods with a clear turn after which the wheels' own turn per turn is known."""
@@ -103,13 +114,15 @@ def examine_period(
             watch.rates[2] = stamp
     _follow_run(watch, IMU, watch.imu, imu, moves, limits.repeat_time)
     is_same = _follow_run(watch, COMPASS, watch.mag, mag, moves, limits.repeat_time)
-    watch.run_turn[0] = watch.run_turn[0] + watch.gyro_turns[_slot_of(watch)] if is_same else 0.0
+    watch.run_turn[0] = watch.run_turn[0] + watch.gyro_turns[slot_of(watch)] if is_same else 0.0
     is_same = _follow_run(watch, WHEELS, watch.wheels, wheels, moves, limits.wheel_repeat_time)
     if not is_same or watch.doubts[IMU] != 0:
         watch.rates[0], watch.rates[1], watch.rates[2] = np.inf, -np.inf, stamp
     _judge_runs(watch, limits, moves)
     _judge_turns(watch, stamp, limits.turn_time)
     _judge_force(watch, limits, stamp, imu)
+    follow_speed(watch, limits, stamp, imu, wheels, x, wheel)
+    judge_speed(watch, stamp)
     found = 0
     for sense in range(4):
         found += watch.doubts[sense] != 0
@@ -126,12 +139,6 @@ def _has_stale(rows: NDArray[np.float64], oldest: float) -> bool:
             return True
         before = max(rows[k, STAMP], oldest)
     return False
-
-
-@borrowing_kernel
-def _slot_of(watch: Watch) -> int:
-    """Return the place of the last period."""
-    return int(watch.slot[0] - 1) % PERIODS
 
 
 @borrowing_kernel
@@ -240,41 +247,27 @@ def _follow_run(
             same = False
         for c in range(len(last)):
             last[c] = rows[k, c]
-    rests = not moves and watch.rows[sense] >= _ROWS_OF_A_RUN and watch.doubts[sense] == 0
+    rests = not moves and watch.rows[sense] >= ROWS_OF_A_RUN and watch.doubts[sense] == 0
     if rests and last[STAMP] - watch.begin[sense] >= limit:
         watch.coarse[sense] = 1.0
     return same
 
 
 @borrowing_kernel
-def _doubt(watch: Watch, sense: int, reason: int, since: float) -> None:
-    """Doubt a sense from a time on [s]; the first doubt stays."""
-    if watch.doubts[sense] == 0:
-        watch.doubts[sense], watch.since[sense] = reason, since
-
-
-@borrowing_kernel
-def _acquit(watch: Watch, sense: int, reason: int) -> None:
-    """End a doubt of some reason."""
-    if watch.doubts[sense] == reason:
-        watch.doubts[sense] = 0
-
-
-@borrowing_kernel
 def _judge_runs(watch: Watch, limits: PlausibilityConfig, moves: bool) -> None:
     """Doubt the senses that repeat themselves while others move; believe those that change."""
     for sense in range(3):
-        if watch.rows[sense] < _ROWS_OF_A_RUN:
-            _acquit(watch, sense, REPEATED)
+        if watch.rows[sense] < ROWS_OF_A_RUN:
+            acquit(watch, sense, REPEATED)
             continue
         scatters = watch.changes[sense] >= limits.scatter and watch.coarse[sense] == 0
         begin = watch.begin[sense]
         if sense == COMPASS:
             is_long = watch.mag[STAMP] - begin >= limits.repeat_time
             if is_long and ((moves and scatters) or abs(watch.run_turn[0]) > limits.repeat_turn):
-                _doubt(watch, sense, REPEATED, begin)
+                doubt(watch, sense, REPEATED, begin)
         elif sense == IMU and moves and scatters and watch.imu[STAMP] - begin >= limits.repeat_time:
-            _doubt(watch, sense, REPEATED, begin)
+            doubt(watch, sense, REPEATED, begin)
 
 
 @borrowing_kernel
@@ -283,58 +276,110 @@ def _differ(a: float, b: float, size: float, limits: tuple[float, float]) -> boo
     return abs(a - b) > limits[0] + limits[1] * size
 
 
+class _Turn(NamedTuple):
+    """Turns of some time by three senses, and what two of them turned to and fro in it [rad].
+
+    Attributes:
+        gyro: Turn by the gyro.
+        wheels: Turn by the wheels, with their own ratio.
+        compass: Turn by the compass.
+        gyro_path: Sum of the turns of its periods by the gyro, whatever their side.
+        wheel_path: The same by the wheels.
+    """
+
+    gyro: float
+    wheels: float
+    compass: float
+    gyro_path: float
+    wheel_path: float
+
+
 @borrowing_kernel
 def _judge_turns(watch: Watch, stamp: float, time: float) -> None:
-    """Compare the turns by gyro, wheels and compass in a time [s], twice and four times of it."""
-    gyro, wheels, compass = 0.0, 0.0, 0.0
-    stamps, last, longest = watch.stamps, _slot_of(watch), _LONGEST * time
+    """Compare the turns by gyro, wheels and compass in times from half to four times a time [s]."""
+    gyro, wheels, compass, gyro_path, wheel_path = 0.0, 0.0, 0.0, 0.0, 0.0
+    stamps, last, ratio = watch.stamps, slot_of(watch), watch.ratio[0]
+    time, longest = _SHORTEST * time, _LONGEST * time
     for back in range(PERIODS):
         k = (last - back) % PERIODS
         if stamps[k] <= stamp - time:
-            _judge_turn(watch, stamp, time, gyro, wheels, compass)
+            turn = _Turn(gyro, wheels / ratio, compass, gyro_path, wheel_path / ratio)
+            _judge_turn(watch, stamp, time, turn)
             time *= 2
             if time > longest:
                 return
         gyro += watch.gyro_turns[k]
         wheels += watch.wheel_turns[k]
         compass += watch.compass_turns[k]
-    _judge_turn(watch, stamp, time, gyro, wheels, compass)
+        gyro_path += abs(watch.gyro_turns[k])
+        wheel_path += abs(watch.wheel_turns[k])
+    turn = _Turn(gyro, wheels / ratio, compass, gyro_path, wheel_path / ratio)
+    _judge_turn(watch, stamp, time, turn)
 
 
 @borrowing_kernel
-def _judge_turn(
-    watch: Watch, stamp: float, time: float, gyro: float, wheels: float, compass: float
-) -> None:
-    """Compare the turns by gyro, wheels and compass in some time: two that agree convict the third.
+def _contradicts(a: float, b: float, c: float, path: float, limits: tuple[float, float]) -> bool:
+    """Return true if a turn differs from two others, to the same side [rad].
+
+    Args:
+        a: Turn that is judged.
+        b: Second turn.
+        c: Third turn.
+        path: Turns to and fro.
+        limits: Difference, and its share of the path.
+    """
+    limit = limits[0] + limits[1] * path
+    return min(a - b, a - c) > limit or max(a - b, a - c) < -limit
+
+
+@borrowing_kernel
+def _judge_turn(watch: Watch, stamp: float, time: float, turn: _Turn) -> None:
+    """Compare the turns by gyro, wheels and compass in some time: two convict the third.
 
     Args:
         watch: Watch, changed in place.
         stamp: Time [s].
         time: Length of the time up to then [s].
-        gyro: Turn by the gyro [rad].
-        wheels: Turn by the wheels [rad].
-        compass: Turn by the compass [rad].
+        turn: Turns in it.
     """
-    wheels /= watch.ratio[0]
-    larger, shortest = max(abs(gyro), abs(compass)), watch.limits[TURN_TIME]
-    if _differ(gyro, compass, larger, _DIFFERENCE):
-        if abs(compass - wheels) < 0.5 * abs(gyro - wheels):
-            _doubt(watch, IMU, SCALE, stamp)
+    gyro, wheels, compass = turn.gyro, turn.wheels, turn.compass
+    larger, path = max(abs(gyro), abs(compass)), max(turn.gyro_path, turn.wheel_path)
+    is_learned = watch.ratio[1] >= _PERIODS_OF_RATIO
+    if is_learned and _contradicts(gyro, wheels, compass, path, _GYRO_DIFFERENCE):
+        doubt(watch, IMU, SCALE, stamp)
+    elif is_learned and _contradicts(wheels, gyro, compass, path, _WHEEL_DIFFERENCE):
+        doubt(watch, WHEELS, SCALE, stamp)
+    elif _differ(gyro, compass, larger, _DIFFERENCE):
+        if not is_learned and abs(compass - wheels) < 0.5 * abs(gyro - wheels):
+            doubt(watch, IMU, SCALE, stamp)
     elif not _differ(gyro, compass, larger, _AGREEMENT) and np.isfinite(compass):
-        # What a doubt came from ends none.
-        if larger > _CLEAR_TURN and watch.since[IMU] <= stamp - time:
-            _acquit(watch, IMU, SCALE)
-        if time == shortest:
-            _judge_equal_wheels(watch, stamp)
-        is_learned = watch.ratio[1] >= _PERIODS_OF_RATIO
-        still = wheels == 0.0 and abs(gyro) > _STILL_TURN
-        if still or (is_learned and _differ(wheels, gyro, abs(gyro), _WHEEL_DIFFERENCE)):
-            _doubt(watch, WHEELS, SCALE, stamp)
-        elif abs(gyro) > _CLEAR_TURN and np.isfinite(wheels):
-            if 0.7 < wheels / gyro < 1.4 and watch.since[WHEELS] <= stamp - time:
-                _acquit(watch, WHEELS, SCALE)
-            if time == _LONGEST * shortest:
-                _learn_ratio(watch, wheels / gyro, is_learned)
+        _judge_agreement(watch, stamp, time, turn, larger)
+
+
+@borrowing_kernel
+def _judge_agreement(watch: Watch, stamp: float, time: float, turn: _Turn, larger: float) -> None:
+    """Acquit senses by a turn about which gyro and compass agree, and learn the wheels' ratio.
+
+    Args:
+        watch: Watch, changed in place.
+        stamp: Time [s].
+        time: Length of the time up to then [s].
+        turn: Turns in it.
+        larger: Larger one of the turns by gyro and compass [rad].
+    """
+    gyro, wheels, usual = turn.gyro, turn.wheels, watch.limits[TURN_TIME]
+    # What a doubt came from ends none.
+    if larger > _CLEAR_TURN and watch.since[IMU] <= stamp - time:
+        acquit(watch, IMU, SCALE)
+    if time == usual:
+        _judge_equal_wheels(watch, stamp)
+    if wheels == 0.0 and abs(gyro) > _STILL_TURN:
+        doubt(watch, WHEELS, SCALE, stamp)
+    elif abs(gyro) > _CLEAR_TURN and np.isfinite(wheels):
+        if 0.7 < wheels / gyro < 1.4 and watch.since[WHEELS] <= stamp - time:
+            acquit(watch, WHEELS, SCALE)
+        if time == _LONGEST * usual and abs(gyro) > _ONE_SIDED * turn.gyro_path:
+            _learn_ratio(watch, wheels / gyro)
 
 
 @borrowing_kernel
@@ -345,20 +390,21 @@ def _judge_equal_wheels(watch: Watch, stamp: float) -> None:
     """
     is_long = stamp - watch.rates[2] >= watch.limits[WHEEL_REPEAT_TIME]
     moves = abs(watch.wheels[LEFT]) > 0.0 or abs(watch.wheels[RIGHT]) > 0.0
-    if is_long and moves and watch.rows[WHEELS] > _ROWS_OF_A_RUN:
-        _doubt(watch, WHEELS, REPEATED, watch.begin[WHEELS])
+    if is_long and moves and watch.rows[WHEELS] > ROWS_OF_A_RUN:
+        doubt(watch, WHEELS, REPEATED, watch.begin[WHEELS])
 
 
 @borrowing_kernel
-def _learn_ratio(watch: Watch, factor: float, is_learned: bool) -> None:
+def _learn_ratio(watch: Watch, factor: float) -> None:
     """Learn the turn by the wheels per turn by the gyro, of which a track may be stated wrong.
+
+    Once the ratio is known it follows what differs by slip alone.
 
     Args:
         watch: Watch, changed in place.
         factor: Factor of the ratio so far that a comparison asks for.
-        is_learned: True once the ratio is known: it then follows what differs by slip alone.
     """
-    if not is_learned:
+    if watch.ratio[1] < _PERIODS_OF_RATIO:
         watch.ratio[1] += 1
         wanted = min(max(factor * watch.ratio[0], 0.2), 5.0)
         watch.ratio[0] += (wanted - watch.ratio[0]) / watch.ratio[1]
@@ -387,6 +433,6 @@ def _judge_force(
         mean += forces[k]
     mean /= FORCE_PERIODS
     if abs(mean - GRAVITY) > limits.force_share * GRAVITY:
-        _doubt(watch, FORCES, SCALE, stamp)
+        doubt(watch, FORCES, SCALE, stamp)
     else:
-        _acquit(watch, FORCES, SCALE)
+        acquit(watch, FORCES, SCALE)

@@ -11,6 +11,12 @@ from terrain.kernel import borrowing_kernel
 IMU, WHEELS, COMPASS, FORCES = range(4)
 """Senses that are examined; the last one is the accelerometer of the inertial unit."""
 
+REPEATED, SCALE, JUMP = 1, 2, 3
+"""Reasons why a sense is not believed; 0 is none."""
+
+ROWS_OF_A_RUN = 5
+"""Least number of equal rows that can be a sensor that hangs."""
+
 PERIODS = 128
 """Number of periods that are kept: 6.4 s of a live graph, which has twenty a second."""
 
@@ -22,6 +28,9 @@ WAY, DOUBTS, SINCE = slice(57, 59), slice(61, 65), slice(65, 69)
 
 FORCE_PERIODS = 10
 """Number of periods over which the specific force is averaged."""
+
+LAGS = (0.0, 0.1, 0.2)
+"""Times with which the robot may follow its wheels, which slip until it has their speed [s]."""
 
 
 class Wheel(NamedTuple):
@@ -50,8 +59,8 @@ class PlausibilityConfig(NamedTuple):
             are coarse, and a compass has to repeat itself in a turn of ``repeat_turn``.
         repeat_turn: Turn of the gyro in which a compass of whatever resolution changes [rad].
         repeat_rate: Change of the gyro's yaw rate in which the encoders change [rad/s].
-        turn_time: Time over which the turns by gyro, wheels and compass are compared, as over twice
-            and four times of it [s].
+        turn_time: Time over which the turns by gyro, wheels and compass are compared, as over half,
+            twice and four times of it [s].
         force_share: Difference of the mean specific force from gravity, as a share of it.
     """
 
@@ -101,6 +110,13 @@ class Watch(NamedTuple):
         gyro_turns: Turn by the gyro in each [rad], NaN if unknown, shape (128,).
         wheel_turns: Turn by the wheels in each [rad], NaN if unknown, shape (128,).
         compass_turns: Turn by the compass in each [rad], NaN if unknown, shape (128,).
+        inertial: Integral of the forward acceleration [m/s], stamp of its last row [s], and the
+            time since when it goes on without a gap [s], shape (3,).
+        lagged: Speed by the wheels with each of ``LAGS`` [m/s], shape (3,).
+        jump: Step of the wheels' speed that they are doubted for [m/s], shape (1,).
+        speeds: Speed by the wheels in each period [m/s], NaN if unknown, shape (128,).
+        gaps: Difference of that speed, with each of ``LAGS``, from the integral [m/s], shape
+            (384,): the periods of the first one, then those of the next.
     """
 
     limits: NDArray[np.float64]
@@ -126,6 +142,11 @@ class Watch(NamedTuple):
     gyro_turns: NDArray[np.float64]
     wheel_turns: NDArray[np.float64]
     compass_turns: NDArray[np.float64]
+    inertial: NDArray[np.float64]
+    lagged: NDArray[np.float64]
+    jump: NDArray[np.float64]
+    speeds: NDArray[np.float64]
+    gaps: NDArray[np.float64]
 
 
 def fresh_memory(limits: PlausibilityConfig, wheel: Wheel, now: float) -> NDArray[np.float64]:
@@ -160,6 +181,11 @@ def fresh_memory(limits: PlausibilityConfig, wheel: Wheel, now: float) -> NDArra
         gyro_turns=np.zeros(PERIODS),
         wheel_turns=np.zeros(PERIODS),
         compass_turns=np.zeros(PERIODS),
+        inertial=np.array([0.0, now, now]),
+        lagged=np.full(len(LAGS), np.nan),
+        jump=np.zeros(1),
+        speeds=np.full(PERIODS, np.nan),
+        gaps=np.full(len(LAGS) * PERIODS, np.nan),
     )
     return np.concatenate(parts)
 
@@ -172,6 +198,7 @@ def watch_of(memory: NDArray[np.float64]) -> Watch:
         memory: Memory as ``fresh_memory`` returns it.
     """
     m, p = memory, _BEGIN + PERIODS
+    q = p + 3 * PERIODS
     return Watch(
         m[0:10],
         m[10:17],
@@ -195,5 +222,30 @@ def watch_of(memory: NDArray[np.float64]) -> Watch:
         m[_BEGIN:p],
         m[p : p + PERIODS],
         m[p + PERIODS : p + 2 * PERIODS],
-        m[p + 2 * PERIODS : p + 3 * PERIODS],
+        m[p + 2 * PERIODS : q],
+        m[q : q + 3],
+        m[q + 3 : q + 6],
+        m[q + 6 : q + 7],
+        m[q + 7 : q + 7 + PERIODS],
+        m[q + 7 + PERIODS :],
     )
+
+
+@borrowing_kernel
+def slot_of(watch: Watch) -> int:
+    """Return the place of the last period."""
+    return int(watch.slot[0] - 1) % PERIODS
+
+
+@borrowing_kernel
+def doubt(watch: Watch, sense: int, reason: int, since: float) -> None:
+    """Doubt a sense from a time on [s]; the first doubt stays."""
+    if watch.doubts[sense] == 0:
+        watch.doubts[sense], watch.since[sense] = reason, since
+
+
+@borrowing_kernel
+def acquit(watch: Watch, sense: int, reason: int) -> None:
+    """End a doubt of some reason."""
+    if watch.doubts[sense] == reason:
+        watch.doubts[sense] = 0

@@ -1,5 +1,6 @@
 """Supervision of the filter's sensors: timeouts, long rejection, and warnings."""
 
+from collections import deque
 from collections.abc import Collection
 
 import numpy as np
@@ -15,6 +16,15 @@ _MEDIAN_OF = 5
 
 _TIME_TOLERANCE = 1e-9
 """Difference of two times that counts as none [s]."""
+
+_KNOWN_INTERVALS = 3
+"""Number of times from fix to fix after which the receiver's own period is known."""
+
+_LAST_INTERVALS = 9
+"""Number of those whose median is the period: a fix that is lost doubles only one."""
+
+_LEAST_SILENCE = 1.0
+"""Time without fixes that is accepted of a receiver of whatever period [s]."""
 
 
 class SensorMonitor:
@@ -38,8 +48,9 @@ class SensorMonitor:
             ("imu", self._received, config.imu_timeout),
             ("wheels", self._accepted, config.wheel_timeout),
             ("compass", self._accepted, config.compass_timeout),
-            ("gnss", self._accepted, config.gnss_timeout),
         )
+        self._fix_intervals: deque[float] = deque(maxlen=_LAST_INTERVALS)
+        self._no_fix = stamp  # Last report of the receiver that it has none.
         self._inflated = dict(self._accepted)
         self._inflations = dict.fromkeys(self._accepted, 0)
         # Offsets [m] from the estimate of fixes since the last accepted one, and the way since [m].
@@ -49,10 +60,14 @@ class SensorMonitor:
 
     def receive(self, sensor: str, stamp: float) -> None:
         """Record that a sensor sent data at a time [s]."""
+        interval = stamp - self._received[sensor]
+        if sensor == "gnss" and 0.0 < interval <= self._config.gnss_timeout:
+            self._fix_intervals.append(interval)
         self._received[sensor] = stamp
 
     def accept(self, sensor: str, stamp: float) -> None:
-        """Record that the filter accepted data of a sensor at a time [s]."""
+        """Record that the filter accepted data of a sensor at a time [s], which it sent then."""
+        self.receive(sensor, stamp)
         self._accepted[sensor] = self._inflated[sensor] = stamp
         self._inflations[sensor] = 0
         if sensor == "gnss":
@@ -68,6 +83,36 @@ class SensorMonitor:
     def has_fixes(self, stamp: float) -> bool:
         """Return true if fixes arrive, accepted or not."""
         return stamp - self._received["gnss"] <= self._config.gnss_timeout
+
+    def report_no_fix(self, stamp: float) -> None:
+        """Record that the receiver reported at a time [s] that it has no fix."""
+        self._no_fix = stamp
+
+    def longest_gap(self, periods: float) -> float:
+        """Return the time of some of the receiver's own periods [s].
+
+        Args:
+            periods: Number of periods, from fix to fix.
+        """
+        intervals = sorted(self._fix_intervals)
+        if len(intervals) < _KNOWN_INTERVALS:
+            return self._config.gnss_timeout
+        return max(periods * intervals[len(intervals) // 2], _LEAST_SILENCE)
+
+    def _fix_warning(self, now: float) -> str | None:
+        """Return the warning about missing fixes at a time [s], None if none is due."""
+        config, received = self._config, self._received["gnss"]
+        since, last = now - self._accepted["gnss"], max(received, self._no_fix)
+        silence, loss = map(self.longest_gap, (config.gnss_periods, config.no_fix_periods))
+        if now - last > silence + _TIME_TOLERANCE:
+            why = "no valid reading arrives"
+        elif now - received > loss + _TIME_TOLERANCE:
+            why = "the receiver has no fix"
+        elif since > max(config.gnss_timeout, loss) + _TIME_TOLERANCE:
+            why = "what arrives contradicts the estimate"
+        else:
+            return None
+        return f"gnss: not accepted for {since:.1f} s, {why}"
 
     def drive(self, way: float) -> None:
         """Record a way that was driven, forward or backward [m]."""
@@ -140,6 +185,8 @@ class SensorMonitor:
             silence = now - stamps[name]
             if silence > limit + _TIME_TOLERANCE and name not in doubted:
                 found.append(self._overdue(name, silence, now - self._received[name] > limit))
+        if "gnss" not in doubted and (text := self._fix_warning(now)) is not None:
+            found.append(text)
         jump = self._jump()
         if jump is not None and not any(text.startswith("gnss") for text in found):
             found.append(f"gnss: off by {jump:.0f} m, farther than the robot can have driven")

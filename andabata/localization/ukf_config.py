@@ -61,7 +61,12 @@ class UkfConfig(BaseModel):
         wheel_timeout: Time without an accepted encoder row after which there is a warning [s].
         compass_timeout: Time without an accepted compass reading after which there is a warning
             [s].
-        gnss_timeout: Time without an accepted fix after which there is a warning [s].
+        gnss_timeout: Time without an accepted fix after which there is a warning [s], although
+            others arrive; and time without any, until the receiver's period is known.
+        gnss_periods: Number of the receiver's own periods, the usual time from fix to fix, of
+            silence after which there is a warning, at the least a second: one lost message is none.
+        no_fix_periods: The same for a receiver that sends, and reports that it has no fix: near
+            trees several in a row are usual.
         inflation_time: Time of rejected measurements of a sensor after which the covariance is
             inflated [s].
         multipath_inflation_time: Time of rejected fixes after which the covariance is inflated if
@@ -96,6 +101,8 @@ class UkfConfig(BaseModel):
     wheel_timeout: float = Field(default=0.2, gt=0)
     compass_timeout: float = Field(default=1.0, gt=0)
     gnss_timeout: float = Field(default=6.0, gt=0)
+    gnss_periods: float = Field(default=2.3, ge=1)
+    no_fix_periods: float = Field(default=4.3, ge=1)
     inflation_time: float = Field(default=15.0, gt=0)
     multipath_inflation_time: float = Field(default=45.0, gt=0)
     jump_inflation_time: float = Field(default=300.0, gt=0)

@@ -44,6 +44,7 @@ from andabata.localization.filter_state import (
     Y,
     Z,
 )
+from andabata.localization.fix_check import reports_no_fix
 from andabata.localization.fix_conversion import FixConverter
 from andabata.localization.fix_repetition import FixRepetition
 from andabata.localization.heading_alignment import HeadingAlignment
@@ -242,6 +243,9 @@ class UkfLocalizer:
         given = _rows(readings.gnss, 5)
         if not len(given):
             return _NO_FIXES
+        reports = given[reports_no_fix(given), 0]
+        if len(reports) and reports.max() > readings.stamp - self._config.max_delay:
+            self._monitor.report_no_fix(readings.stamp)
         believed = self._repetition.believed(given)
         self._plausibility.unused["gnss"][_REPEATED] += len(given) - len(believed)
         fixes, rejected = self._converter.to_map(believed, self._x[Z])
@@ -399,11 +403,10 @@ class UkfLocalizer:
         after = self._counts.tolist()
         for name, row in _SUPERVISED.items():
             was, now = before[row], after[row]
-            is_accepted = now[ACCEPTED] > was[ACCEPTED]
-            if is_accepted or now[GATED] > was[GATED] or now[DISTURBED] > was[DISTURBED]:
-                monitor.receive(name, stamp)
-            if is_accepted:
+            if now[ACCEPTED] > was[ACCEPTED]:
                 monitor.accept(name, stamp)
+            elif now[GATED] > was[GATED] or now[DISTURBED] > was[DISTURBED]:
+                monitor.receive(name, stamp)
         for name, sigma in _INFLATION.items():
             if name == "gnss" and self._repetition.is_repeating:
                 continue

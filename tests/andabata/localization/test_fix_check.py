@@ -2,7 +2,12 @@
 
 import numpy as np
 
-from andabata.localization.fix_check import NO_ALTITUDE, NO_COVARIANCE, check_fixes
+from andabata.localization.fix_check import (
+    NO_ALTITUDE,
+    NO_COVARIANCE,
+    check_fixes,
+    reports_no_fix,
+)
 
 GOOD = [1.0, 36.7, -4.5, 60.0, 0.5]
 
@@ -33,6 +38,24 @@ def test_a_receiver_without_a_fix_is_neither_good_nor_rejected():
     check = check_fixes(rows(latitude=np.nan, variance=np.inf))
     assert check.good.tolist() == [False]
     assert not check.rejected
+
+
+def test_a_report_of_no_fix_is_told_from_noise():
+    """It has an infinite variance, and a whole place or none; garbage has half of one."""
+    bad = np.nan
+    reports = [
+        reports_no_fix(rows(**columns)).tolist()
+        for columns in (
+            {"variance": np.inf},
+            {"variance": np.inf, "latitude": bad, "longitude": bad},
+            {"variance": np.inf, "latitude": bad},
+            {"variance": np.inf, "longitude": bad},
+            {"variance": np.inf, "stamp": bad},
+            {"variance": -np.inf},
+            {},
+        )
+    ]
+    assert reports == [[True], [True], [False], [False], [False], [False], [False]]
 
 
 def test_what_is_missing_is_assumed_and_counted():

@@ -30,6 +30,62 @@ def test_each_sensor_has_its_own_timeout(sensor, timeout):
     assert monitor.warnings(17.0, CERTAIN) == ()
 
 
+@pytest.mark.parametrize(
+    ("period", "fixes", "limit"),
+    [
+        (1.0, 30, 2.3),  # One lost fix of a receiver of 1 Hz makes two seconds.
+        (3.0, 30, 6.9),
+        (0.2, 30, 1.0),
+        (1.0, 2, 6.0),  # Not known yet.
+    ],
+)
+def test_fixes_are_missed_by_the_periods_of_their_receiver(period, fixes, limit):
+    """The silence that is accepted is some periods, at least a second; others' limits stay."""
+    monitor = SensorMonitor(CONFIG, 0.0)
+    last = 0.0
+    for number in range(1, fixes + 1):
+        if number % 10 == 5:  # One of ten is lost.
+            continue
+        last = number * period
+        monitor.accept("gnss", last)
+    for name in ("wheels", "compass"):
+        monitor.accept(name, last + 100.0)
+    monitor.receive("imu", last + 100.0)
+    assert monitor.warnings(last + limit, CERTAIN) == ()
+    (text,) = monitor.warnings(last + limit + 0.1, CERTAIN)
+    assert text == f"gnss: not accepted for {limit + 0.1:.1f} s, no valid reading arrives"
+    assert monitor.longest_gap(CONFIG.gnss_periods) == pytest.approx(limit)
+
+
+def test_a_receiver_that_reports_no_fix_has_longer():
+    """It is alive: near trees several fixes in a row are lost, and that is no fault yet."""
+    monitor = SensorMonitor(CONFIG, 0.0)
+    for second in range(1, 11):
+        monitor.accept("gnss", float(second))
+    for second in range(11, 15):
+        monitor.report_no_fix(float(second))
+        monitor.receive("imu", second + 0.4)
+        for name in ("wheels", "compass"):
+            monitor.accept(name, second + 0.4)
+        texts = monitor.warnings(second + 0.4, CERTAIN)
+        late = ("gnss: not accepted for 4.4 s, the receiver has no fix",)
+        assert texts == (late if second == 14 else ())
+    assert monitor.warnings(14.3, CERTAIN) == ()
+
+
+def test_fixes_that_are_rejected_are_not_missed():
+    """Multipath takes some seconds: those have the longer time."""
+    monitor = SensorMonitor(CONFIG, 0.0)
+    for second in range(1, 17):
+        monitor.receive("imu", float(second))
+        for name in ("wheels", "compass"):
+            monitor.accept(name, float(second))
+        (monitor.accept if second <= 10 else monitor.receive)("gnss", float(second))
+        assert monitor.warnings(float(second), CERTAIN) == ()
+    (text,) = monitor.warnings(16.1, CERTAIN)
+    assert text == "gnss: not accepted for 6.1 s, what arrives contradicts the estimate"
+
+
 def test_rejected_data_inflate_the_covariance_and_each_time_twice_as_much():
     """After the inflation time of rejected data the factors are 1, 2, 4; acceptance resets."""
     monitor = SensorMonitor(CONFIG, 0.0)

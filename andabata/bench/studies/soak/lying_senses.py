@@ -171,7 +171,7 @@ def lost_fixes_stop_the_robot(count: int, folder: Path) -> Outcome:
         count: Number of drives, each with another seed.
         folder: Folder for its files; none are made.
     """
-    tally, longest, times = Tally(), 0.0, []
+    tally, longest, times = Tally(), 0.0, list[float]()
     for seed in range(9000, 9000 + count):
         tally.trials += 1
         degraded, lost, text = _loss(seed)

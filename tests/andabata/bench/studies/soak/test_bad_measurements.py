@@ -1,7 +1,5 @@
 """Bad measurements: a few of each kind change nothing, and one that does would be noticed."""
 
-import numpy as np
-
 from andabata.bench.studies.soak import bad_measurements
 from andabata.bench.studies.soak.bad_measurements import (
     bad_measurements_change_nothing,
@@ -27,9 +25,10 @@ def test_five_senses_are_damaged():
 
 
 def test_a_good_row_would_be_noticed(tmp_path, monkeypatch):
-    """A row that the filter takes changes the state: the check fails, sense by sense."""
+    """Rows that the filter takes change the state: the check fails, sense by sense."""
     monkeypatch.setattr(bad_measurements, "_WARM_UP", 5)
-    wheels = {"wheels": {"good": lambda row, rng: row + np.array([1e-3, 0, 0])}}
+    monkeypatch.setattr(bad_measurements, "_with_bad", lambda sense, rows, *_: 1.01 * rows)
+    wheels = {"wheels": {"good": lambda row, rng: row}}
     monkeypatch.setattr(bad_measurements, "damages", lambda: wheels)
     outcome = bad_measurements_change_nothing(3, tmp_path)
     assert outcome.failures == ("wheels, good: expected the state as without it, got another",)

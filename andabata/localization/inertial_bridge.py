@@ -3,7 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.localization.measurements import FORCE, GYRO, LEFT, RIGHT, STAMP
+from andabata.localization.measurements import (
+    FORCE,
+    GYRO,
+    LEFT,
+    MAX_WHEEL_SPEED,
+    RIGHT,
+    STAMP,
+)
 from andabata.machine.clock import TICK
 
 _MAX_STEPS = 100
@@ -36,7 +43,9 @@ def bridging_rows(
     stamps = np.arange(begin + step, end - TICK / 2, step)
     rows = np.full((len(stamps), 7), np.nan)
     rows[:, STAMP], rows[:, GYRO:FORCE] = stamps, gyro_bias
-    if len(wheels) and np.isfinite(wheels).all():
+    # Damaged rows count as none: a recording may have left them out.
+    wheels = wheels[(np.abs(wheels[:, LEFT : RIGHT + 1]) < MAX_WHEEL_SPEED).all(axis=1)]
+    if len(wheels):
         difference = float((wheels[:, RIGHT] - wheels[:, LEFT]).mean())
         rows[:, FORCE - 1] += difference * yaw_rate_per_wheel
     return rows

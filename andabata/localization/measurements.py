@@ -11,6 +11,9 @@ STAMP, GYRO, FORCE = 0, 1, 4
 MAX_GYRO_RATE = 50.0
 """Largest gyro reading that is accepted [rad/s]: no robot turns faster."""
 
+MAX_WHEEL_SPEED = 500.0
+"""Wheel speed that no encoder of a robot measures [rad/s]."""
+
 MAX_FORCE = 500.0
 """Largest specific force that counts [m/s2]: no inertial unit of a robot measures more."""
 

@@ -119,10 +119,11 @@ class Plausibility:
     def _without_stale(
         self, name: str, rows: NDArray[np.float64], oldest: float
     ) -> NDArray[np.float64]:
-        """Return the rows that are neither too old nor older than the row before."""
+        """Return the rows that are not too old, and newer than the row before."""
         stamps = rows[:, STAMP]
-        before = np.concatenate([[oldest], np.maximum(stamps[:-1], oldest)])
-        is_stale = stamps < before
+        before = np.maximum(stamps[:-1], oldest)
+        is_stale = stamps < oldest
+        is_stale[1:] |= (stamps[1:] < before) | (stamps[1:] == stamps[:-1])
         if not is_stale.any():
             return rows
         self.unused[name][STALE] += int(is_stale.sum())

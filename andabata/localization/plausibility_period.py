@@ -32,6 +32,7 @@ from andabata.localization.sense_watch import (
     Wheel,
     acquit,
     doubt,
+    is_wheel_speed,
     slot_of,
     watch_of,
 )
@@ -105,7 +106,8 @@ def examine_period(
     wheel = Wheel(v[8], v[9])
     moves = False
     for k in range(len(wheels)):
-        moves = moves or abs(wheels[k, LEFT]) > 0.0 or abs(wheels[k, RIGHT]) > 0.0
+        turns = wheels[k, LEFT] != 0.0 or wheels[k, RIGHT] != 0.0
+        moves = moves or (turns and is_wheel_speed(wheels[k]))
     rate = _yaw_rate(imu, x)
     _record_period(watch, stamp, rate, wheels, mag, x, wheel)
     if not np.isnan(rate) and watch.doubts[IMU] == 0:
@@ -132,10 +134,11 @@ def examine_period(
 
 @borrowing_kernel
 def _has_stale(rows: NDArray[np.float64], oldest: float) -> bool:
-    """Return true if a row is older than an instant [s], or than the row before it."""
+    """Return true if a row is older than an instant [s], or not newer than the row before it."""
     before = oldest
     for k in range(len(rows)):
-        if rows[k, STAMP] < before:
+        is_again = k > 0 and rows[k, STAMP] == rows[k - 1, STAMP]
+        if is_again or rows[k, STAMP] < before:
             return True
         before = max(rows[k, STAMP], oldest)
     return False
@@ -180,7 +183,7 @@ def _record_period(
     watch.now[0] = stamp
     left, right, n = 0.0, 0.0, 0
     for k in range(len(wheels)):
-        if np.isfinite(wheels[k, LEFT]) and np.isfinite(wheels[k, RIGHT]):
+        if is_wheel_speed(wheels[k]):
             left, right, n = left + wheels[k, LEFT], right + wheels[k, RIGHT], n + 1
     if n > 0:
         watch.wheel_rate[0], watch.wheel_rate[1] = (right - left) / n * wheel.yaw_rate, stamp

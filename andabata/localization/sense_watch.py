@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.localization.measurements import LEFT, MAX_WHEEL_SPEED, RIGHT
 from andabata.machine.proprioception import GRAVITY
 from terrain.kernel import borrowing_kernel
 
@@ -249,3 +250,9 @@ def acquit(watch: Watch, sense: int, reason: int) -> None:
     """End a doubt of some reason."""
     if watch.doubts[sense] == reason:
         watch.doubts[sense] = 0
+
+
+@borrowing_kernel
+def is_wheel_speed(row: NDArray[np.float64]) -> bool:
+    """Return true if an encoder row has speeds that wheels can have."""
+    return abs(row[LEFT]) < MAX_WHEEL_SPEED and abs(row[RIGHT]) < MAX_WHEEL_SPEED

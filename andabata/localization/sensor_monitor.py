@@ -57,6 +57,7 @@ class SensorMonitor:
         self._offsets: list[NDArray[np.float64]] = []
         self._way = 0.0
         self._has_position = False
+        self._has_jumped = False  # Since the last accepted fix one was out of reach.
 
     def receive(self, sensor: str, stamp: float) -> None:
         """Record that a sensor sent data at a time [s]."""
@@ -72,7 +73,7 @@ class SensorMonitor:
         self._inflations[sensor] = 0
         if sensor == "gnss":
             self._offsets.clear()
-            self._way = 0.0
+            self._way, self._has_jumped = 0.0, False
             self._has_position = True
 
     def contradicts_fixes(self, stamp: float) -> bool:
@@ -121,6 +122,8 @@ class SensorMonitor:
     def add_offset(self, offset: NDArray[np.float64]) -> None:
         """Record the offset of a fix from the estimate [m], shape (2,)."""
         self._offsets.append(offset)
+        farthest = self._config.jump_offset + 2 * self._way
+        self._has_jumped |= self._has_position and float(np.hypot(*offset)) > farthest
 
     def inflation(self, sensor: str, stamp: float) -> float | None:
         """Return the factor of the standard deviation that is due to be added, None if none is.
@@ -167,8 +170,7 @@ class SensorMonitor:
         """Return how far off the last fix is [m] if the robot cannot have driven there."""
         if not (self._has_position and self._offsets):
             return None
-        off = float(np.hypot(*self._offsets[-1]))
-        return off if off > self._config.jump_offset + 2 * self._way else None
+        return float(np.hypot(*self._offsets[-1])) if self._has_jumped else None
 
     def warnings(
         self, now: float, P: NDArray[np.float64], doubted: Collection[str] = ()

@@ -23,6 +23,7 @@ from andabata.localization.sense_watch import (
     Wheel,
     acquit,
     doubt,
+    is_wheel_speed,
     slot_of,
 )
 from andabata.machine.proprioception import GRAVITY
@@ -85,7 +86,7 @@ def follow_speed(
             integral += (force + weight) * dt
             last = imu[j, STAMP]
             j += 1
-        if k < len(wheels):
+        if k < len(wheels) and is_wheel_speed(wheels[k]):
             speed += wheel.radius * (wheels[k, LEFT] + wheels[k, RIGHT]) / 2
             total += integral
             n += 1

@@ -106,7 +106,7 @@ class UkfConfig(BaseModel):
     inflation_time: float = Field(default=15.0, gt=0)
     multipath_inflation_time: float = Field(default=45.0, gt=0)
     jump_inflation_time: float = Field(default=300.0, gt=0)
-    jump_offset: float = Field(default=20.0, gt=0)
+    jump_offset: float = Field(default=16.0, gt=0)
     multipath_spread: float = Field(default=2.5, gt=0)
     multipath_offset: float = Field(default=15.0, gt=0)
     lost_position: float = Field(default=3.0, gt=0)

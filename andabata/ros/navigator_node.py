@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from andabata.assembly.navigator import NavigatorParts, make_navigator
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.localization.localizer import health_after
+from andabata.machine.fault_injector import FaultInjector
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, WheelSpeeds
 from andabata.models import Models
@@ -41,6 +42,9 @@ _TICK_NS = NS // 20
 
 _TICKS_PER_PERIOD = 2
 _TICKS_PER_SECOND = 20
+
+_FAULT_SEED = 0
+"""Seed of the garbage of injected faults."""
 
 _FLUSH_TIME = 0.2
 """Time that the last messages have to leave the process [s]."""
@@ -146,7 +150,9 @@ class NavigatorNode:
         self, config: SimulatedRobotConfig, models: Models, steering: Steering, local_map: bool
     ) -> None:
         """Assemble the navigator and compile its kernels."""
-        self.parts = make_navigator(config, models, steering, np.random.default_rng(0))
+        self._injector = FaultInjector(config.faults, np.random.default_rng(_FAULT_SEED))
+        rng = np.random.default_rng(0)
+        self.parts = make_navigator(config, models, steering, rng, self._injector)
         self._navigator, self._localizer, perception = self.parts
         self._assembler = assembler_of(perception)
         self._planner_recorder = (
@@ -202,6 +208,7 @@ class NavigatorNode:
         epoch_ns = self._graph.now_ns()
         self._inbox.restart(epoch_ns)
         self._navigator.reset(pose, 0.0, is_rough)
+        self._injector.reset(np.random.default_rng(_FAULT_SEED))
         if self._recording is not None:
             self._recording.begin(pose, MessageBuilder(self._graph.ros, epoch_ns))
         self._queue = MessageQueue(self._output, MessageBuilder(self._graph.ros, epoch_ns))

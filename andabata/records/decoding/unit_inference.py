@@ -31,7 +31,7 @@ from andabata.records.decoding.wheel_signs import (
     is_force_negated,
     mirrored_side,
 )
-from andabata.records.decoding.wheel_zeros import zeros_between
+from andabata.records.decoding.wheel_zeros import MOST, zeros_between
 from andabata.records.decoding.yaw_increments import YawIncrements, fitted_slope
 from andabata.records.remarks import Remarks
 
@@ -127,9 +127,12 @@ def infer_units(
 
 
 def _without_zeros(wheels: Rows | None) -> Rows | None:
-    """Return wheel speeds without the zeros of another publisher."""
+    """Return wheel speeds without damaged messages and the zeros of another publisher."""
     if wheels is None:
         return None
+    wheels = wheels[np.abs(wheels[:, 1:3]).max(axis=1) < MOST]
+    if not len(wheels):
+        return wheels
     usual = float(np.nanmedian(np.abs(wheels[:, 1:3]).max(axis=1)))
     return wheels[~zeros_between(wheels, _MOVING_SHARE * usual)]
 

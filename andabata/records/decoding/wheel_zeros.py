@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 _MOVING = 0.3
 """Least wheel speed of a robot that drives [rad/s, or the reading's own unit at its scale]."""
 
+MOST = 1e6
+"""Number from which nothing is a wheel speed, in whatever unit: a damaged message."""
+
 _LONGEST = 0.15
 """Longest time between the rows around zeros [s]: within it no robot stops and starts."""
 
@@ -25,7 +28,8 @@ def zeros_between(rows: NDArray[np.float64], moving: float = _MOVING) -> NDArray
         moving: Least speed of a robot that drives, in the unit of the rows.
     """
     speeds = np.abs(rows[:, 1:3]).max(axis=1)
-    is_zero, drives = (rows[:, 1:3] == 0).all(axis=1), np.flatnonzero(speeds > moving)
+    is_zero = (rows[:, 1:3] == 0).all(axis=1)
+    drives = np.flatnonzero((speeds > moving) & (speeds < MOST))
     is_foreign = np.zeros(len(rows), dtype=np.bool_)
     if len(drives) < 2 or not is_zero.any():
         return is_foreign

@@ -30,5 +30,13 @@ def test_the_wheels_tell_the_yaw_rate(left, right, rate):
     wheels = np.array([[0.01, left, right], [0.02, left, right]])
     rows = bridging_rows(0.0, 0.1, BIAS, wheels, 0.1)
     np.testing.assert_allclose(rows[:, 3] - BIAS[2], rate)
-    wheels[1, 1] = np.nan
-    np.testing.assert_allclose(bridging_rows(0.0, 0.1, BIAS, wheels, 0.1)[:, 3], BIAS[2])
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e30, -501.0])
+def test_damaged_rows_of_the_wheels_count_as_none(bad):
+    """As if they had not arrived: a recording may leave them out."""
+    wheels = np.array([[0.01, 1.0, 3.0], [0.02, bad, 3.0], [0.03, 1.0, bad], [0.04, 2.0, 3.0]])
+    rows = bridging_rows(0.0, 0.1, BIAS, wheels, 0.1)
+    np.testing.assert_array_equal(rows, bridging_rows(0.0, 0.1, BIAS, wheels[[0, 3]], 0.1))
+    lost = bridging_rows(0.0, 0.1, BIAS, wheels[1:3], 0.1)
+    np.testing.assert_allclose(lost[:, 3], BIAS[2])

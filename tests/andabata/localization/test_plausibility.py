@@ -234,16 +234,16 @@ def test_a_wrong_track_is_no_fault_of_the_wheels():
 
 @pytest.mark.parametrize(("field", "name"), [("wheels", "wheels"), ("mag", "compass")])
 def test_rows_that_are_old_or_out_of_order_are_stale(field, name):
-    """A second before the state is the limit; a row may not be older than the one before it."""
+    """A second before the state is the limit; a row has to be newer than the one before it."""
     check, senses = fresh(), Senses()
     rows = senses.rows()
     given = getattr(rows, field)
-    given[:6, 0] = [-1000.0, 0.99, 1.01, 2.06, 2.05, 2.07]
+    given[:7, 0] = [-1000.0, 0.99, 1.01, 2.06, 2.05, 2.07, 2.07]
     before = given.copy()
-    rows = SenseRows(rows.imu, np.empty((0, 3)), np.empty((0, 4)))._replace(**{field: given[:6]})
+    rows = SenseRows(rows.imu, np.empty((0, 3)), np.empty((0, 4)))._replace(**{field: given[:7]})
     believed = check.believed(2.1, 2.0, rows, LEVEL)
     assert getattr(believed, field)[:, 0].tolist() == [1.01, 2.06, 2.07]
-    assert check.unused == {name: {STALE: 3}}
+    assert check.unused == {name: {STALE: 4}}
     np.testing.assert_array_equal(given, before)
 
 

@@ -86,6 +86,21 @@ def test_fixes_that_are_rejected_are_not_missed():
     assert text == "gnss: not accepted for 6.1 s, what arrives contradicts the estimate"
 
 
+def test_a_fix_out_of_reach_is_told_until_one_is_accepted():
+    """Also while the robot drives as far as the fix is off: it did not jump with it."""
+    monitor = SensorMonitor(CONFIG, 0.0)
+    monitor.accept("gnss", 0.0)
+    monitor.add_offset(np.array([15.9, 0.0]))
+    assert monitor.warnings(0.05, CERTAIN) == ()
+    monitor.add_offset(np.array([16.1, 0.0]))
+    monitor.drive(5.0)
+    monitor.add_offset(np.array([0.0, 17.0]))
+    (text,) = monitor.warnings(0.05, CERTAIN)
+    assert text == "gnss: off by 17 m, farther than the robot can have driven"
+    monitor.accept("gnss", 0.05)
+    assert monitor.warnings(0.05, CERTAIN) == ()
+
+
 def test_rejected_data_inflate_the_covariance_and_each_time_twice_as_much():
     """After the inflation time of rejected data the factors are 1, 2, 4; acceptance resets."""
     monitor = SensorMonitor(CONFIG, 0.0)

@@ -41,11 +41,11 @@ def edited(rows, topic, edit):
     return found
 
 
-def run(rows, **options):
+def run(rows, faults=(), **options):
     """Return the result of a node, its status lines, and the diagnostics that it published."""
     messages = sorted(((row.stamp_ns, row.topic, row.content) for row in rows), key=lambda m: m[0])
     graph, status = PlayedGraph(messages, messages[0][0], messages[-1][0]), []
-    config = SimulatedRobotConfig()
+    config = SimulatedRobotConfig(faults=faults)
     steering = Steering(StraightController(config.robot.speed), LocalPlanner(config.grid))
     node = NavigatorNode(
         graph, config, Models(), steering, topics.LASER_CLOUD, status=status.append, **options
@@ -78,6 +78,15 @@ def test_a_drive_without_contradictions_is_ok(rows):
     assert published[-1].level == 0
     assert published[-1].message == "ok"
     assert found["health"] == "ok"
+
+
+def test_faults_of_the_settings_are_injected_from_the_start_of_the_drive(rows):
+    """The encoders fall silent after six seconds; until then all is as without a fault."""
+    found, _, published = run(rows, faults=("wheels:off@6",))
+    silent = [k for k, each in enumerate(published) if "wheels: silent" in each.message]
+    assert 0 < silent[0] == len(published) - len(silent)
+    assert found["health"] == "degraded"
+    assert found["counts"]["wheels"][0] == pytest.approx(600, abs=15)
 
 
 def test_a_second_imu_is_left_out_and_reported_and_the_option_chooses(rows):

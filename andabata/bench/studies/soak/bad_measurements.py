@@ -57,8 +57,9 @@ def damages() -> dict[str, dict[str, Damage]]:
             "infinite": _put(first, end, lambda rng: rng.choice([-np.inf, np.inf])),
             "huge": _put(first, end, _huge),
         }
-    found["gyro"] |= {"old": _shift(-1e3, -0.1), "again": _same}
-    found["wheels"]["ahead"] = found["compass"]["ahead"] = _shift(3.0, 1e3)
+    found["gyro"] |= {"old": _shift(-1e3, -0.1), "again": _same, "ahead": _shift(3.0, 1e3)}
+    for sense in ("wheels", "compass"):
+        found[sense] |= {"old": _shift(-1e3, -1.2), "again": _same, "ahead": _shift(3.0, 1e3)}
     # A field of zero has no direction; zeros of the other senses are good.
     found["compass"]["zero"] = _put_all(1, 4, lambda rng: 0.0)
     found["satellites"] = {
@@ -89,7 +90,7 @@ def _try(
             for localizer in (good, bad):
                 localizer.update(readings)
             continue
-        before = bad.belief.counts - good.belief.counts
+        before = _counted(bad) - _counted(good)
         good.update(_without_force(readings) if sense == "accelerometer" else readings)
         changes: dict[str, Any] = {field: _with_bad(sense, rows, last, damage, rng)}
         bad.update(replace(readings, **changes))
@@ -97,7 +98,7 @@ def _try(
         if _beliefs(good) != _beliefs(bad):
             tally.fail(f"{sense}, {kind}: expected the state as without it, got another")
             return
-        counted = (bad.belief.counts - good.belief.counts - before).sum()
+        counted = _counted(bad) - _counted(good) - before
         if sense != "accelerometer" and counted != 1:
             tally.fail(f"{sense}, {kind}: expected one row more to be counted, got {counted}")
             return
@@ -127,6 +128,11 @@ def _without_force(readings: SensorReadings) -> SensorReadings:
     rows = readings.imu.copy()
     rows[_PLACE, slice(*COLUMNS["accelerometer"])] = np.nan
     return replace(readings, imu=rows)
+
+
+def _counted(localizer: UkfLocalizer) -> int:
+    """Return the number of rows that were counted so far, used or not."""
+    return sum(map(sum, localizer.counts.values()))
 
 
 def _beliefs(localizer: UkfLocalizer) -> tuple[bytes, ...]:

@@ -31,6 +31,12 @@ _WORLDS, _WARM_UP = DEVELOPMENT_SEEDS[:2], 4
 """Seeds of the worlds, and number of drives after which memory begins to count: what is seen or
 compiled for the first time is no growth."""
 
+_PLANTS = ("bullet", "kinematic")
+"""Plants that take turns in loops."""
+
+_LOOP_PERIODS = 15
+"""Control periods of a loop."""
+
 _PATIENCE = 5.0
 """Longest time from an interrupt to the end of a process [s]."""
 
@@ -85,6 +91,46 @@ def _driver() -> Callable[[int], float]:
         return sum(attempt.time for attempt in attempts)
 
     return drive
+
+
+def loops_of_drives_end(count: int, folder: Path) -> Outcome:
+    """Check that robots that are made, driven for a moment and closed leave nothing open.
+
+    The plants take turns: one of them has an engine of its own in each robot.
+
+    Args:
+        count: Number of loops.
+        folder: Folder for its files; none are made.
+    """
+    tally, models, scenes, longest, opened = Tally(), Models(), SceneCache(1), 0.0, 0
+    scene = scenes.get("natural-test", _WORLDS[0])
+    for number in range(count):
+        config = SimulatedRobotConfig(plant=_PLANTS[number % len(_PLANTS)])
+        begin = time.monotonic()
+        with tally.guarded(f"loop {number}"):
+            steering = make_steering("planner", scene.world, config, models)
+            robot = SimulatedRobot(scene, config, models, steering)
+            try:
+                rng, task = np.random.default_rng(number), scene.world.tasks[0]
+                readings = robot.place(task.start, np.array(task.goals[0]), rng)
+                for _ in range(_LOOP_PERIODS):
+                    readings = robot.step(readings)
+            finally:
+                robot.close()
+        tally.trials += 1
+        longest = max(longest, time.monotonic() - begin if number >= _WARM_UP else 0.0)
+        if number == min(_WARM_UP, count) - 1:
+            opened = _open_files()
+    left = _open_files() - opened
+    tally.expect(left <= 0, f"expected no file to stay open, got {left} more")
+    return tally.outcome(
+        f"{tally.trials:,} loops, the longest of {longest:.1f} s, {left} left open"
+    )
+
+
+def _open_files() -> int:
+    """Return the number of open files and sockets of this process."""
+    return len(list(Path("/proc/self/fd").iterdir()))
 
 
 def _memory() -> float:

@@ -225,6 +225,52 @@ def manifests() -> list[bytes]:
     return [manifest.to_bytes()]
 
 
+def elevation_models() -> list[bytes]:
+    """Return elevation models of a slope: of floats, and of packed whole numbers with voids."""
+    import tempfile
+
+    import numpy as np
+    import rasterio
+    from affine import Affine
+
+    heights = 500.0 + np.add.outer(0.1 * np.arange(50), 0.05 * np.arange(50))
+    layouts = (
+        {"dtype": "float32"},
+        {"dtype": "int16", "nodata": -9999, "compress": "deflate", "tiled": True}
+        | {"blockxsize": 16, "blockysize": 16},
+    )
+    found = []
+    for layout in layouts:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "ground.tif"
+            place = Affine(1.0, 0.0, 499_975.0, 0.0, -1.0, 5_100_025.0)
+            size = {"count": 1, "height": 50, "width": 50, "crs": "EPSG:32632"}
+            with rasterio.open(path, "w", "GTiff", transform=place, **size, **layout) as file:
+                file.write(heights.astype(layout["dtype"])[None])
+            found.append(path.read_bytes())
+    return found
+
+
+def placed_objects() -> list[bytes]:
+    """Return a collection of objects on the ground."""
+    import json
+
+    objects = (
+        {"kind": "tree", "height": "12.5", "radius": 0.3, "crown_radius": None},
+        {"kind": "log", "yaw_deg": 90, "length": 5},
+        {"kind": "rock"},
+    )
+    features = [
+        {
+            "type": "Feature",
+            "geometry": {"type": "Point", "coordinates": [3.0 * k, -2.5]},
+            "properties": properties,
+        }
+        for k, properties in enumerate(objects)
+    ]
+    return [json.dumps({"type": "FeatureCollection", "features": features}).encode()]
+
+
 def recordings(kind: str) -> Callable[[], list[bytes]]:
     """Return a function that returns a recording: ``bag``, ``mcap`` or ``db3``."""
 

@@ -4,6 +4,7 @@ Imports stand inside the functions: a process that fuzzes one reader loads no ot
 """
 
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -142,6 +143,24 @@ def _path_errors() -> Errors:
     from worlds.sdf.barn import BarnFileError
 
     return (BarnFileError,)
+
+
+def _read_elevation(path: Path) -> object:
+    from worlds.elevation.square import read_square
+
+    return read_square(path, size=40.0)
+
+
+def _read_objects(path: Path) -> object:
+    from worlds.elevation.objects_file import read_objects
+
+    return read_objects(path, None)
+
+
+def _elevation_errors() -> Errors:
+    from worlds.elevation.errors import ElevationError
+
+    return (ElevationError,)
 
 
 def _read_settings(path: Path) -> object:
@@ -306,6 +325,14 @@ READERS = {
     "BARN path": Reader(
         "worlds", ".npy", good_files.paths, _read_path, _path_errors, ("worlds.sdf.barn",)
     ),
+    "GeoJSON of objects": Reader(
+        "worlds",
+        ".geojson",
+        good_files.placed_objects,
+        _read_objects,
+        _elevation_errors,
+        ("worlds.elevation.objects_file", "json"),
+    ),
     "settings": Reader(
         "settings and journals",
         ".toml",
@@ -351,6 +378,16 @@ READERS = {
     "sqlite3 file": _recording("db3"),
 }
 """Readers by the names of what they read."""
+
+if find_spec("rasterio") is not None:  # The extra ``gis``.
+    READERS["GeoTIFF"] = Reader(
+        "worlds",
+        ".tif",
+        good_files.elevation_models,
+        _read_elevation,
+        _elevation_errors,
+        ("worlds.elevation",),
+    )
 
 
 def name_of_file(reader: Reader) -> str:

@@ -22,6 +22,7 @@ def rows(speeds, step=0.01):
         ([3, 0, -3], []),  # It turns round.
         ([3, 0, 0.5], []),  # It is braked.
         ([0.1, 0, 0.1], []),  # It creeps.
+        ([1e30, 0, 1e30], []),  # Damaged messages of one that stands.
     ],
 )
 def test_zeros_between_like_speeds_are_false(speeds, expected):

@@ -25,8 +25,9 @@ def test_five_senses_are_damaged():
 
 
 def test_a_good_row_would_be_noticed(tmp_path, monkeypatch):
-    """A row that the filter takes changes the state: the check fails, sense by sense."""
+    """Rows that the filter takes change the state: the check fails, sense by sense."""
     monkeypatch.setattr(bad_measurements, "_WARM_UP", 5)
+    monkeypatch.setattr(bad_measurements, "_with_bad", lambda sense, rows, *_: 1.01 * rows)
     wheels = {"wheels": {"good": lambda row, rng: row}}
     monkeypatch.setattr(bad_measurements, "damages", lambda: wheels)
     outcome = bad_measurements_change_nothing(3, tmp_path)

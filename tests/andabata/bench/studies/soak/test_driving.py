@@ -9,6 +9,7 @@ from andabata.bench.studies.soak import driving
 from andabata.bench.studies.soak.driving import (
     interrupted_drives_end,
     long_drives_keep_their_memory,
+    loops_of_drives_end,
     orphans,
 )
 
@@ -36,6 +37,21 @@ def test_growth_and_errors_are_noticed(tmp_path, monkeypatch, short_drives):
     monkeypatch.setattr(driving, "_memory", lambda: 1.0)
     monkeypatch.setattr(driving, "run_trial", lambda *_: 1 / 0)
     assert "ZeroDivisionError" in long_drives_keep_their_memory(1, tmp_path).failures[0]
+
+
+def test_loops_leave_nothing_open(tmp_path, monkeypatch):
+    """A file that stays open in each loop, and an error, are noticed."""
+    monkeypatch.setattr(driving, "_LOOP_PERIODS", 1)
+    monkeypatch.setattr(driving, "_WARM_UP", 2)
+    outcome = loops_of_drives_end(4, tmp_path)
+    assert (outcome.trials, outcome.failures) == (4, ())
+    numbers = iter((10, 12))
+    monkeypatch.setattr(driving, "_open_files", lambda: next(numbers))
+    (failure,) = loops_of_drives_end(3, tmp_path).failures
+    assert failure == "expected no file to stay open, got 2 more"
+    monkeypatch.setattr(driving, "_open_files", lambda: 1)
+    monkeypatch.setattr(driving, "SimulatedRobot", lambda *_: 1 / 0)
+    assert "ZeroDivisionError" in loops_of_drives_end(1, tmp_path).failures[0]
 
 
 def started_as(code):

@@ -10,7 +10,7 @@ APT_PACKAGES := libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1
 ROS_PACKAGES := ros-core python3-rospy python3-rosbag python3-geometry-msgs python3-nav-msgs \
 	python3-sensor-msgs python3-diagnostic-msgs python3-tf
 
-.PHONY: demo test check bench soak peers clean install ros browser docs gallery
+.PHONY: demo test check bench soak peers clean install ros ros2 browser docs gallery
 
 demo: install
 	$(BIN)/andabata demo
@@ -52,6 +52,10 @@ $(STAMP): pyproject.toml .ci/setup.sh
 # Debian's ROS 1, for the live graph and its tests; nothing else needs it.
 ros:
 	@bash .ci/apt.sh $(ROS_PACKAGES)
+
+# ROS 2's own client with Fast DDS in an environment of its own, for the tests of the live graph.
+ros2:
+	@bash .ci/rclpy.sh "$(PYTHON)" build/rclpy
 
 # Debian's Chromium, for the tests of the live view and of the reports; nothing else needs it.
 browser:

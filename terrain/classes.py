@@ -31,6 +31,8 @@ class SemanticClass(IntEnum):
     MEADOW = 18
     THICKET = 19
     SHORT_GRASS = 20
+    KERB = 21
+    ROOT = 22
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,8 @@ def _plants(hits_per_metre: float) -> ClassTraits:
 # Porosity is an assumption: mean free paths of 0.7 m in crowns, 0.33 m in clumps of grass, 0.2 m in
 # bushes. In half a metre, continuous stands stop 0.14 (stalks of reeds or crops), 0.36 (meadow) and
 # 0.59 (thicket: brambles, ferns, undergrowth) of the beams.
-# Water reflects: one beam in twenty returns. A stone is a rock too low to stop a wheel.
+# Water reflects: one beam in twenty returns. A stone is a rock too low to stop a wheel, a root one
+# of a tree; a higher one is a trunk.
 TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
     {
         SemanticClass.GROUND: _GROUND,
@@ -93,6 +96,8 @@ TRAITS: Mapping[SemanticClass, ClassTraits] = MappingProxyType(
         SemanticClass.THICKET: _plants(1.8),
         # Low plants and leaves on the ground; they have no bodies, see ``World.cover``.
         SemanticClass.SHORT_GRASS: _GROUND,
+        SemanticClass.KERB: _OBSTACLE,
+        SemanticClass.ROOT: ClassTraits(traversable=True, solid=True, hits_per_metre=inf),
     }
 )
 """Properties of all semantic classes."""

@@ -4,7 +4,8 @@ numba invalidates cached code only when the file of the function itself changes:
 old code of a callee, and the old value of a constant, of another module. Here the cache folder is
 named after the content of the function's module and of every module of these packages that it
 imports, directly or not. A change of any of them selects a new folder, so that all code that
-depends on it is compiled again. numba itself tells CPUs and its own versions apart.
+depends on it is compiled again. Where the modules lie does not count: two clones of the same
+sources share their machine code. numba itself tells CPUs and its own versions apart.
 
 The module is in the lowest package so that all packages can import it.
 """
@@ -15,8 +16,8 @@ import re
 import shutil
 import tempfile
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from threading import Lock
@@ -24,6 +25,7 @@ from typing import Any, TypeVar, cast
 
 from numba import config, njit
 from numba.core import event
+from numba.core.caching import UserProvidedCacheLocator
 
 from terrain.compilation import compilation_begins
 
@@ -40,6 +42,7 @@ _IMPORT = re.compile(
     re.MULTILINE,
 )
 _FOLDER = re.compile(r"[0-9a-f]{32}")
+_LOCATORS = "CACHE_LOCATOR_CLASSES"
 
 _KEPT_DAYS = 30.0
 """Time after its last use at which a folder of machine code is deleted [days]."""
@@ -57,6 +60,22 @@ class _Compilation(event.Listener):
 
 
 event.register("numba:compile", _Compilation())
+
+
+class SourceCacheLocator(UserProvidedCacheLocator):
+    """Place of a function's machine code in its folder, by the module's name and not its path."""
+
+    @classmethod
+    def get_suitable_cache_subpath(cls, py_file: str) -> str:
+        """Return the name of a module's subfolder."""
+        path = Path(py_file).resolve()
+        if path.is_relative_to(_ROOT):
+            return ".".join(path.relative_to(_ROOT).parent.parts)
+        return str(super().get_suitable_cache_subpath(py_file))
+
+    def get_source_stamp(self) -> str:
+        """Return nothing: the folder is named after the source."""
+        return ""
 
 
 def kernel(function: Function) -> Function:
@@ -110,16 +129,29 @@ def _compiled(function: Function, options: dict[str, Any]) -> Function:
     if _settings.DISABLE_JIT:
         return function
     folder = _folder(Path(function.__code__.co_filename))
-    # numba reads the setting while it decorates. It is global: other threads' decorators wait, and
-    # other distributions' functions keep their own.
+    with _cache_in(folder):
+        compile_ = njit(cache=folder is not None, nogil=True, error_model="numpy", **options)
+        return cast(Function, compile_(function))
+
+
+@contextmanager
+def _cache_in(folder: Path | None) -> Iterator[None]:
+    """Let numba keep what it decorates meanwhile in a folder; without one, leave its settings.
+
+    numba reads its settings while it decorates. They are global: other threads' decorators wait,
+    and other distributions' functions keep their own. Versions without the setting of locators
+    name the place after the module's path.
+    """
     with _lock:
-        before = _settings.CACHE_DIR
-        _settings.CACHE_DIR = str(folder) if folder else before
+        before = {name: getattr(_settings, name, "") for name in ("CACHE_DIR", _LOCATORS)}
+        if folder:
+            _settings.CACHE_DIR = str(folder)
+            setattr(_settings, _LOCATORS, f"{__name__}.{SourceCacheLocator.__name__}")
         try:
-            compile_ = njit(cache=folder is not None, nogil=True, error_model="numpy", **options)
-            return cast(Function, compile_(function))
+            yield
         finally:
-            _settings.CACHE_DIR = before
+            for name, value in before.items():
+                setattr(_settings, name, value)
 
 
 @cache

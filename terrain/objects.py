@@ -190,3 +190,28 @@ def log(start: Vector, end: Vector, radius: float, sides: int = 8) -> SceneObjec
     angles = np.arange(sides)[:, None] * 2 * np.pi / sides
     ring = radius * (np.cos(angles) * side + np.sin(angles) * up)
     return hull(SemanticClass.TRUNK, np.concatenate([a + ring, b + ring]))
+
+
+def rod(
+    semantic: SemanticClass, start: Vector, end: Vector, radius: float, sides: int = 6
+) -> SceneObject:
+    """Return a round rod in any direction, as a stem, a branch or a root.
+
+    Args:
+        semantic: Semantic class.
+        start: One end of its axis [m].
+        end: The other end [m].
+        radius: Radius [m].
+        sides: Number of corners of its cross-section.
+    """
+    a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    axis = (b - a) / np.linalg.norm(b - a)
+    # Level across the axis, so that one of 4 k corners is the highest; any way if it is upright.
+    level = np.cross(axis, [0.0, 0.0, 1.0] if abs(axis[2]) < 0.999 else [1.0, 0.0, 0.0])
+    level /= np.linalg.norm(level)
+    ring, triangles = _prism(sides)
+    # A rotation of the upright prism: its triangles keep facing outwards.
+    around = radius * (ring[:, :1] * level + ring[:, 1:2] * np.cross(axis, level))
+    return SceneObject(
+        semantic, np.concatenate([a + around, b + around]).astype(np.float32), triangles
+    )

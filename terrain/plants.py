@@ -6,12 +6,17 @@ one and does not move the others.
 """
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
-from terrain.objects import SceneObject, ellipsoid, frustum, log, rock
+from terrain.objects import SceneObject, ellipsoid, frustum, log, rock, rod
+
+_CLIMBED = 0.05
+"""Height up to which a wheel climbs a root [m]."""
 
 
 def tree(
@@ -118,6 +123,20 @@ def fallen_trunk(
     heights = ground.height_at(ends[:, 0], ends[:, 1]) + 0.8 * thick
     points = np.column_stack([ends, heights])
     return [log(points[0], points[1], thick)]
+
+
+def root(ground: Heightfield, course: NDArray[np.float64], height: float) -> list[SceneObject]:
+    """Return a root that lies half buried across the ground.
+
+    Args:
+        ground: The heightfield.
+        course: Corners of its axis [m], shape (k, 2).
+        height: Height above the ground [m]; up to 5 cm a wheel climbs it.
+    """
+    radius = 0.75 * height
+    points = np.column_stack([course, ground.height_at(*course.T) + height - radius])
+    kind = SemanticClass.ROOT if height <= _CLIMBED else SemanticClass.TRUNK
+    return [rod(kind, a, b, radius, sides=8) for a, b in pairwise(points)]
 
 
 def _size(given: float | None, drawn: float) -> float:

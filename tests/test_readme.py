@@ -14,6 +14,7 @@ from collections.abc import Callable
 from contextlib import chdir, suppress
 from importlib.util import find_spec
 from pathlib import Path
+from runpy import run_path
 
 import numpy as np
 import pytest
@@ -28,6 +29,8 @@ from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.evaluation.offroad import EvaluationConfig
 from andabata.evaluation.rooms import RoomEvaluationConfig
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES
+from andabata.records.topics import WHEEL_COMMAND
+from andabata.ros.ros2_graph import Ros2Graph
 from andabata.training.distillation import DistillationConfig
 from andabata.training.plans import TASKS, algorithms, load_plan
 from tests.support.documents import (
@@ -41,6 +44,7 @@ from tests.support.documents import (
     spans,
     verbs,
 )
+from tests.support.ros2_tools import domain, needs_dds
 from tests.support.ros_tools import has_tools
 from traversability.cartesian.classifier import GroundClassifierConfig
 from traversability.cloud import PointCloud
@@ -55,7 +59,7 @@ BRIEFLY = "".join(
 # Options added to a command, by its first words, so that it takes seconds; of an option given twice
 # the last one counts.
 REDUCED = {
-    "clouds generate": "--train 2 --validation 1 --workers 1",
+    "clouds generate": "--train 2 --validation 1 --workers 1 --set patch_size=40",
     "classifier train": "--set trees=8",
     "classifier ground": "--set trees=8",
     "train": "--workers 1 --set validation=0 --set learner.episodes_per_iteration=2" + BRIEFLY,
@@ -68,7 +72,8 @@ REDUCED = {
     "report": "--tests 1 --workers 1",
     # A clip needs no cloud, and half a second a frame.
     "drive --world hill --seed 7302 --goal 20,-9 --clip": "--time-limit 1",
-    "drive": "--time-limit 5",  # The first cloud takes 3.4 s, and a replay needs one.
+    "drive --controller oracle": "--time-limit 5",  # A classifier adapts to some clouds.
+    "drive": "--time-limit 4",  # The first cloud takes 3.4 s, and a replay needs one.
     "evaluate --world": "--trials 1 --workers 1 --set terminations.time_limit=3",
     # A failure is drawn only after the first cloud, which takes 3.4 s.
     "evaluate --suite": "--workers 1 --set terminations.time_limit=5",
@@ -80,6 +85,7 @@ REDUCED = {
     "bench perception": "--points 2 --tuning 2 --sides 0",
     "bench": "--runs 1 --seconds 0 --only filter",
     "ros robot": "--set plant=kinematic",
+    "ros2 robot": "--set plant=kinematic",
 }
 # Targets of make, which set up a virtual environment of their own: their commands are listed with
 # `make -n`, and run elsewhere.
@@ -89,6 +95,7 @@ MAKE = {
     "test": "runs this test",
     "check": "`.ci/run` runs it in a fresh clone",
     "ros": "installs packages of the system; `.ci/run` runs it, and the live graph's tests need it",
+    "ros2": "installs rclpy; `.ci/run` runs it, and the live graph's tests with it need it",
     "browser": "installs Chromium; `.ci/run` runs it, and the tests of pages need it",
     "peers": "installs packages; the benchmarks name those that are missing",
     "bench": "takes half an hour; the options of its commands are checked here",
@@ -107,7 +114,7 @@ DOCUMENTS = documents()
 
 
 def kind(line: str) -> str:
-    """Return the program of a line of a block: ours, make, ros, ray or unknown."""
+    """Return the program of a line of a block: ours, make, ros, ros2, ray or unknown."""
     words = line.rstrip("& ").split()
     if words[0].split("/")[-1] == "ray" or "--engine ray" in line:
         return "ray"
@@ -115,12 +122,14 @@ def kind(line: str) -> str:
         return "make"
     if words[0] in ROS_TOOLS or words[1:2] == ["ros"]:
         return "ros"
+    if words[1:2] == ["ros2"]:
+        return "ros2"
     return "ours" if words[0].split("/")[-1] == "andabata" and is_ours(words) else "unknown"
 
 
-def lines_of_a_graph(document: str) -> list[str]:
-    """Return the lines of a ROS graph, each for a terminal of its own."""
-    found = [line for block in blocks(document) for line in block.commands if kind(line) == "ros"]
+def lines_of_a_graph(document: str, version: str = "ros") -> list[str]:
+    """Return the lines of a graph of ``ros`` or ``ros2``, each for a terminal of its own."""
+    found = [line for block in blocks(document) for line in block.commands if kind(line) == version]
     return [line.rstrip("& ") for line in found]
 
 
@@ -141,7 +150,8 @@ def test_every_line_of_a_block_is_run_by_a_test(document):
         assert block.commands, f"{document}: expected a command in every block"
         for line in block.commands:
             assert kind(line) != "unknown", f"{document}: expected a known command, got {line!r}"
-            assert kind(line) == "ros" or not line.endswith("&"), f"{document}: {line!r} goes on"
+            is_node = kind(line) in ("ros", "ros2")
+            assert is_node or not line.endswith("&"), f"{document}: {line!r} goes on"
             assert complaint(line.rstrip("& ")) is None
 
 
@@ -180,6 +190,7 @@ def test_unknown_words_are_found(text, wrong):
     [
         (".venv/bin/andabata doctor", "ours"),
         (".venv/bin/andabata ros navigator", "ros"),
+        (".venv/bin/andabata ros2 navigator", "ros2"),
         ("rostopic hz /cmd_vel", "ros"),
         ("ray start --head", "ray"),
         (".venv/bin/andabata evaluate --engine ray", "ray"),
@@ -248,6 +259,19 @@ class Sheet:
         for path in re.findall(r"--(?:out|record) (\S+)", line):
             assert (self.folder / path).exists(), f"{line}: expected {path}"
 
+    def run_python(self, text: str) -> None:
+        """Run a block of Python to its good end; one that starts workers has a process of its own.
+
+        Warnings are errors there as they are here.
+        """
+        script = self.folder / "block.py"
+        script.write_text(text)
+        if self.as_typed or "__main__" in text:
+            self.run(f".venv/bin/python -W error {script}")
+        else:
+            with chdir(self.folder):
+                run_path(str(script))
+
 
 def reduced(line: str) -> str:
     """Return a command with the options that make it short."""
@@ -301,11 +325,9 @@ SPECIAL: dict[str, Callable[[Sheet, str], None]] = {
 
 
 def type_in(sheet: Sheet, block: Block) -> None:
-    """Run a block in a fresh process, or each of its lines in one."""
+    """Run a block of Python, or each line of a shell's."""
     if block.language == "python":
-        script = sheet.folder / "block.py"
-        script.write_text(block.text)
-        sheet.run(f".venv/bin/python -W error {script}")
+        sheet.run_python(block.text)
         return
     for line in block.commands:
         if kind(line) == "ours":
@@ -464,3 +486,33 @@ def test_the_lines_of_a_graph_run_side_by_side(document, tmp_path):
     finally:
         for process in reversed(graph.processes):
             stop(process)
+
+
+@needs_dds
+@pytest.mark.parametrize("document", [each for each in DOCUMENTS if lines_of_a_graph(each, "ros2")])
+def test_the_lines_of_a_ros_2_graph_run_side_by_side(document, tmp_path, monkeypatch):
+    """The nodes of a document run in one graph, and the robot gets commands."""
+    with domain(monkeypatch):
+        graph, sheet, commands = Graph(tmp_path), Sheet(tmp_path), []
+        graph.environment = sheet.environment | graph.environment | {"PYTHONPATH": str(ROOT)}
+        node = Ros2Graph("watch")
+        node.subscribe(WHEEL_COMMAND, lambda _, message: commands.append(message))
+        try:
+            begun = {
+                line: graph.start("bash", "-c", f"cd {tmp_path} && exec {reduced(line)}")
+                for line in lines_of_a_graph(document, "ros2")
+            }
+            for _ in range(1200):
+                if any(command.left for command in commands):
+                    break
+                time.sleep(0.1)
+            for line, process in reversed(begun.items()):
+                error = process.output.with_suffix(".err")
+                assert process.poll() is None, f"{line}: {error.read_text()}"
+                stop(process)
+                assert process.returncode in (0, 130), f"{line}: {error.read_text()}"
+        finally:
+            node.close()
+            for process in reversed(graph.processes):
+                stop(process)
+    assert any(command.left for command in commands)

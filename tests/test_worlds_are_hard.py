@@ -32,11 +32,16 @@ def drive_straight(world, task):
     return outcome
 
 
-@pytest.mark.parametrize(("name", "most"), [("natural-test", 0.35), ("maze", 0.50)])
+@pytest.mark.parametrize(("name", "most"), [("natural-test", 7), ("maze", 10)])
 def test_blind_driving_rarely_arrives(name, most):
-    """Worlds are hard: driving straight at the goal with the true pose rarely arrives."""
-    outcomes = []
-    for trial in range(20):
+    """Driving straight at the goal with the true pose arrives in few of twenty trials."""
+    arrived = failed = 0
+    while failed < 20 - most:  # Then those that are left cannot change the verdict.
+        trial = arrived + failed
         world = make_world(name, evaluation_world(1, trial))
-        outcomes.append(drive_straight(world, world.tasks[trial % len(world.tasks)]))
-    assert np.mean([outcome is Outcome.GOAL for outcome in outcomes]) <= most
+        outcome = drive_straight(world, world.tasks[trial % len(world.tasks)])
+        arrived, failed = (
+            arrived + (outcome is Outcome.GOAL),
+            failed + (outcome is not Outcome.GOAL),
+        )
+        assert arrived <= most

@@ -23,12 +23,15 @@ from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, bounds, rock
 from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
 from terrain.stands import stand
+from terrain.stems import sapling, shrub
 from worlds.goals import sample_tasks
 from worlds.ground_cover import CoverConfig, ground_cover
 from worlds.rooms.movers import Mover
-from worlds.rough_ground import RoughnessConfig, rough_ground
+from worlds.rough_ground import RoughnessConfig, refined, rough_ground
+from worlds.trails import draw_roots
 from worlds.truth import TruthConfig, build_truth
 from worlds.walkers import WalkerConfig, draw_walkers, solids_room
+from worlds.ways import WaysConfig, lay_ways
 from worlds.world import World
 
 Maker = Callable[[Heightfield, float, float, np.random.Generator], list[SceneObject]]
@@ -47,6 +50,7 @@ class Streams(NamedTuple):
         walkers: Source of walkers.
         roughness: Source of what wheels roll over.
         cover: Source of low plants and leaves.
+        ways: Source of trails, roots and kerbs.
     """
 
     objects: np.random.Generator
@@ -54,6 +58,7 @@ class Streams(NamedTuple):
     walkers: np.random.Generator
     roughness: np.random.Generator
     cover: np.random.Generator
+    ways: np.random.Generator
 
 
 class NaturalConfig(BaseModel):
@@ -94,6 +99,11 @@ class NaturalConfig(BaseModel):
         walkers: Number, size and speed of what walks about.
         roughness: Clods, gravel and ruts, which wheels roll over.
         cover: Low plants and leaves on the ground.
+        shrubs: Density of bushes on solid stems of 2 to 6 cm [1/m^2].
+        saplings: Density of small trees, alone or in clumps, with stems of 4 to 20 cm and solid
+            branches [1/m^2].
+        ways: Trails, roots across them, and raised strips with kerbs.
+        wind: Share of the cells of leaves that wind moves now and then.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -132,6 +142,10 @@ class NaturalConfig(BaseModel):
     walkers: WalkerConfig = Field(default_factory=WalkerConfig)
     roughness: RoughnessConfig = Field(default_factory=RoughnessConfig)
     cover: CoverConfig = Field(default_factory=CoverConfig)
+    shrubs: float = Field(default=0.0, ge=0, le=0.2)
+    saplings: float = Field(default=0.0, ge=0, le=0.2)
+    ways: WaysConfig = Field(default_factory=WaysConfig)
+    wind: float = Field(default=0.0, ge=0, le=1)
 
 
 def make_natural(
@@ -151,7 +165,7 @@ def make_natural(
     Raises:
         UnsolvableWorldError: If no tasks with safe paths are found.
     """
-    ground_rng, *others = rng.spawn(6)
+    ground_rng, *others = rng.spawn(1 + len(Streams._fields))
     smooth, surface = _ground(config, difficulty, ground_rng)
     return natural_on(name, seed, config, difficulty, smooth, surface, Streams(*others))
 
@@ -181,13 +195,25 @@ def natural_on(
     Raises:
         UnsolvableWorldError: If no tasks with safe paths are found.
     """
-    ground, base = smooth, None
-    if not config.roughness.is_smooth:
-        base, rough = smooth, config.roughness
-        ground, surface = rough_ground(smooth, surface, rough, difficulty, streams.roughness)
+    ground, base, worn = smooth, None, None
+    made: list[SceneObject] = []
+    way_rng, root_rng = streams.ways.spawn(2)
+    rough, trails = config.roughness, []
+    if not config.ways.is_empty:
+        ways = lay_ways(smooth, surface, rough.cells, config.ways, difficulty, way_rng)
+        ground, surface, worn, trails = ways.base, ways.surface, ways.worn, ways.trails
+        made += ways.stones
+    if not rough.is_smooth:
+        base = ground
+        if worn is None:
+            ground, surface = refined(smooth, surface, rough.cells)
+        ground = rough_ground(ground, surface, rough, difficulty, streams.roughness, worn)
+    density = config.ways.roots * (0.5 + difficulty)
+    made += draw_roots(ground, trails, density, root_rng)
     objects = _objects(ground, smooth, config, difficulty, streams.objects)
     removed = _on_path(objects, ground, surface)
     objects = tuple(each for each, gone in zip(objects, removed, strict=True) if not gone)
+    objects += tuple(made)
     if placed is not None:
         objects += tuple(placed(ground))
     cover = ground_cover(surface, ground.cell, config.cover, difficulty, streams.cover)
@@ -199,7 +225,18 @@ def natural_on(
         room = solids_room(ground, objects)
         movers = draw_walkers(config.walkers, room, tasks, streams.walkers)
     return World(
-        name, seed, difficulty, ground, surface, objects, tasks, truth, movers, base, cover
+        name,
+        seed,
+        difficulty,
+        ground,
+        surface,
+        objects,
+        tasks,
+        truth,
+        movers,
+        base,
+        cover,
+        wind=config.wind,
     )
 
 
@@ -296,6 +333,8 @@ def _objects(
         (table, config.tables, 20.0),
         (bin_, config.bins, 20.0),
         (stand, config.stands, 15.0),
+        (shrub, config.shrubs, 12.0),
+        (sapling, config.saplings, 18.0),
     )
     for make, density, patch in kinds:
         # A stream for each kind: a preset without benches has the same trees as one with.

@@ -49,43 +49,62 @@ class RoughnessConfig(BaseModel):
         return not (self.clods or self.gravel or self.ruts)
 
 
+def refined(
+    smooth: Heightfield, surface: NDArray[np.uint8], cells: int
+) -> tuple[Heightfield, NDArray[np.uint8]]:
+    """Return ground on a finer grid, and the class of each of its cells.
+
+    Args:
+        smooth: Ground.
+        surface: Semantic class of each of its cells, uint8, shape (nx - 1, ny - 1).
+        cells: Number of new cells along the edge of one.
+    """
+    return smooth.refined(cells), surface.repeat(cells, 0).repeat(cells, 1)
+
+
 def rough_ground(
-    smooth: Heightfield,
+    fine: Heightfield,
     surface: NDArray[np.uint8],
     config: RoughnessConfig,
     difficulty: float,
     rng: np.random.Generator,
-) -> tuple[Heightfield, NDArray[np.uint8]]:
-    """Return the ground with what wheels roll over, and the class of each of its cells.
+    worn: NDArray[np.float64] | None = None,
+) -> Heightfield:
+    """Return the ground with what wheels roll over.
 
     Clods, gravel and ruts have random streams of their own: a change of one does not move the
     others. Water stays level; paths have gravel, and clods of a third of the height.
 
     Args:
-        smooth: Ground without it.
+        fine: Ground without it, on a grid that is fine enough for it.
         surface: Semantic class of each of its cells, uint8, shape (nx - 1, ny - 1).
         config: Sizes and numbers.
         difficulty: Difficulty from 0 to 1.
         rng: Source of randomness.
+        worn: Share that is worn off, 0 to 1, shape (nx, ny); None for nothing.
     """
-    fine = smooth.refined(config.cells)
-    surface = surface.repeat(config.cells, 0).repeat(config.cells, 1)
-    rise = (0.5 + difficulty) * _nodes(np.where(surface == SemanticClass.WATER, 0.0, 1.0))
-    soft = _nodes(np.where(surface == SemanticClass.PATH, 1 / 3, 1.0))
+    rise = np.where(at_nodes(surface == SemanticClass.WATER), 0.0, 0.5 + difficulty)
+    soft = np.where(at_nodes(surface == SemanticClass.PATH), 1 / 3, 1.0)
+    if worn is not None:
+        rise *= 1.0 - worn
     clod_rng, gravel_rng, rut_rng = rng.spawn(3)
     heights = fine.heights.astype(np.float64)
     heights += rise * soft * config.clods * _clods(fine, clod_rng)
     heights += rise * config.gravel * _gravel(fine, gravel_rng)
     for _ in range(round(config.ruts * (0.5 + difficulty))):
-        heights += _track(fine, rut_rng) * (rise > 0)
-    return Heightfield(heights.astype(np.float32), fine.cell), surface
+        heights += _track(fine, rut_rng) * np.minimum(rise / (0.5 + difficulty), 1.0)
+    return Heightfield(heights.astype(np.float32), fine.cell)
 
 
-def _nodes(cells: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the least value of the cells around each node, shape (nx, ny)."""
+def at_nodes(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which nodes are a corner of a cell of some, shape (nx, ny).
+
+    Args:
+        cells: True for these cells, shape (nx - 1, ny - 1).
+    """
     padded = np.pad(cells, 1, mode="edge")
-    along = np.minimum(padded[1:], padded[:-1])
-    return np.minimum(along[:, 1:], along[:, :-1])
+    along = padded[1:] | padded[:-1]
+    return along[:, 1:] | along[:, :-1]
 
 
 def _clods(ground: Heightfield, rng: np.random.Generator) -> NDArray[np.float64]:

@@ -217,6 +217,11 @@ def _reasons_of(
     lows = np.array([each.vertices[each.vertices[:, 2].argmin()] for each in objects])
     highs = np.array([each.vertices[each.vertices[:, 2].argmax()] for each in objects])
     begins, ends = (end[:, 2] - ground.height_at(end[:, 0], end[:, 1]) for end in (lows, highs))
+    for number, each in enumerate(objects):
+        if each.semantic == SemanticClass.KERB:
+            # Flush with the ground on one side: it rises as much as on the other.
+            x, y, z = each.vertices.astype(np.float64).T
+            ends[number] = (z - ground.height_at(x, y)).max()
     traits = [TRAITS[each.semantic] for each in objects]
     reasons = np.where(ends < config.ground_clearance, Reason.LOW, Reason.SOLID)
     # What rises less than a step is one that a wheel climbs.

@@ -79,6 +79,7 @@ class World:
         cover: Height of the low plants and leaves on each grid cell, in which beams stop and which
             wheels do not feel [cm], uint8, shape (nx - 1, ny - 1); None for bare ground.
         datum: Place of the origin on Earth; None where the world is nowhere on it.
+        wind: Share of the cells of leaves that wind moves, see ``worlds.rays.wind``.
     """
 
     name: str
@@ -93,6 +94,7 @@ class World:
     base: Heightfield | None = None
     cover: NDArray[np.uint8] | None = None
     datum: MapDatum | None = None
+    wind: float = 0.0
 
 
 def choose_task(tasks: tuple[Task, ...], number: int | np.random.Generator) -> Task:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 from safetensors import safe_open
 from safetensors.numpy import save
 
@@ -79,6 +79,7 @@ class _Header(BaseModel):
     movers: tuple[_Mover, ...] = ()
     base_cell: float | None = None
     datum: MapDatum | None = None
+    wind: float = Field(default=0.0, ge=0, le=1)
 
 
 def is_world_file(name: str) -> bool:
@@ -104,6 +105,7 @@ def world_to_bytes(world: World) -> bytes:
         ),
         base_cell=None if world.base is None else world.base.cell,
         datum=world.datum,
+        wind=world.wind,
     )
     arrays = {
         "heights": world.ground.heights,
@@ -120,8 +122,10 @@ def world_to_bytes(world: World) -> bytes:
         arrays["cover"] = world.cover
     whole = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     # One key, since the order of several is not always the same.
-    # A world without walkers, roughness or datum has the bytes that it had before there were any.
-    left_out = {name for name in ("movers", "base_cell", "datum") if not getattr(header, name)}
+    # A world without walkers, roughness, datum or wind has the bytes that it had before there were
+    # any.
+    optional = ("movers", "base_cell", "datum", "wind")
+    left_out = {name for name in optional if not getattr(header, name)}
     return save(whole, {_KIND: header.model_dump_json(exclude=left_out)})
 
 
@@ -186,6 +190,7 @@ def _world(header: _Header, arrays: dict[str, NDArray[np.generic]]) -> World:
         base,
         cover,
         header.datum,
+        header.wind,
     )
 
 

@@ -23,6 +23,7 @@ from andabata.app.verbs import (
     policy,
     report,
     ros,
+    ros2,
     scan,
     train,
     view,
@@ -49,6 +50,7 @@ FLOW = (
     "lidar-study",
     "bag",
     "ros",
+    "ros2",
     "bench",
     "demo",
 )
@@ -97,6 +99,7 @@ app.command()(faults.faults)
 app.command("lidar-study")(lidar_study.lidar_study)
 app.add_typer(bag.app, name="bag")
 app.add_typer(ros.app, name="ros")
+app.add_typer(ros2.app, name="ros2")
 app.add_typer(bench.app, name="bench")
 app.command()(demo.demo)
 

@@ -1,7 +1,8 @@
-"""Nodes in a live ROS 1 graph, from the start of the graph to its end."""
+"""Nodes in a live graph, from the start of the graph to its end."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,10 @@ from andabata.models import Models
 from andabata.records.frames.sensor_pose import GivenMounting
 from andabata.records.topics import POINT_CLOUD, Topic
 from andabata.replay.datum import given_geo_reference
-from andabata.ros.graph import RosGraph
+from andabata.ros.graph import Graph
+from andabata.ros.live_recording import LiveRecording
 from andabata.ros.navigator_node import NavigatorNode
+from andabata.ros.navigator_output import OutputForm
 from andabata.ros.robot_node import RobotNode
 from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.viewer.options import ViewConfig
@@ -23,8 +26,12 @@ from andabata.viewer.robot_view import RobotView
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world
 
+OpenGraph = Callable[[str], Graph]
+"""Function that joins a graph as a node of a name."""
+
 
 def run_navigator(
+    open_graph: OpenGraph,
     controller: str,
     configure: Callable[[SimulatedRobotConfig], SimulatedRobotConfig],
     base: SimulatedRobotConfig,
@@ -39,10 +46,13 @@ def run_navigator(
     seconds: float | None = None,
     local_map: bool = True,
     view: ViewConfig | None = None,
+    form: OutputForm | None = None,
+    record: Path | None = None,
 ) -> dict[str, Any]:
     """Run the navigator in a live graph and return its figures, ready for JSON.
 
     Args:
+        open_graph: Function that joins the graph.
         controller: Name of the controller.
         configure: Function that puts the user's settings over a configuration.
         base: Robot before the user's settings.
@@ -56,14 +66,16 @@ def run_navigator(
         seconds: Time after which to stop [s]; None to run until the graph ends.
         local_map: True to publish the local map and the plan.
         view: Choices of who watches in a browser; None for no such view.
+        form: Form of the output; None for the paper's.
+        record: Path of a recording of what is used and published; None for none.
 
     Raises:
-        RosError: If ROS 1 is not installed or there is no master.
+        RosError: If ROS is not installed or there is no graph to join.
         ViewerError: If there is to be a view, and viser is not installed.
     """
     config = configure(base)
     steering = make_steering(controller, None, config, models)
-    with _graph("andabata") as graph:
+    with _graph(open_graph, "andabata") as graph, _recording(record, graph) as recording:
         node = NavigatorNode(
             graph,
             config,
@@ -75,6 +87,8 @@ def run_navigator(
             console.status,
             local_map,
             sources,
+            form,
+            recording,
         )
         if goal is not None:
             node.set_goal(np.array(goal))
@@ -86,11 +100,17 @@ def run_navigator(
 
 
 def run_robot(
-    world: str, seed: int, config: SimulatedRobotConfig, seconds: float, console: Console
+    open_graph: OpenGraph,
+    world: str,
+    seed: int,
+    config: SimulatedRobotConfig,
+    seconds: float,
+    console: Console,
 ) -> dict[str, Any]:
     """Run a simulated robot in a live graph and return its figures, ready for JSON.
 
     Args:
+        open_graph: Function that joins the graph.
         world: Preset of the world.
         seed: Seed of the drive.
         config: The robot.
@@ -98,26 +118,37 @@ def run_robot(
         console: Console that shows the progress.
 
     Raises:
-        RosError: If ROS 1 is not installed or there is no master.
+        RosError: If ROS is not installed or there is no graph to join.
     """
     scene = SceneCache(1).get(world, evaluation_world(seed, 0))
     # The robot may wait for its navigator without being stuck.
     rules = TerminationConfig(time_limit=seconds, stuck_time=max(seconds, 20.0))
     rng = np.random.default_rng([seed, 0, 1])
-    with _graph("andabata_robot") as graph:
+    with _graph(open_graph, "andabata_robot") as graph:
         node = RobotNode(graph, scene, config)
         with console.progress("seconds", None) as step:
             return node.run(scene.world.tasks[0], rng, rules, lambda: step(1))
 
 
 @contextmanager
-def _graph(name: str) -> Iterator[RosGraph]:
+def _graph(open_graph: OpenGraph, name: str) -> Iterator[Graph]:
     """Join the graph as a node, and leave it at the end."""
-    graph = RosGraph(name)
+    graph = open_graph(name)
     try:
         yield graph
     finally:
         graph.close()
+
+
+@contextmanager
+def _recording(path: Path | None, graph: Graph) -> Iterator[LiveRecording | None]:
+    """Create a recording, and finish it at the end; None without a path."""
+    recording = None if path is None else LiveRecording(path, graph.ros)
+    try:
+        yield recording
+    finally:
+        if recording is not None:
+            recording.close()
 
 
 def _pose(start: tuple[float, ...] | None) -> Pose | None:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from andabata.assembly.prior_map import make_prior_map
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.models import Models, shipped_policy
@@ -75,7 +76,8 @@ def make_steering(
 
     Args:
         name: One of ``CONTROLLERS``.
-        world: World of the oracle; None for a recording or a real robot, where it is not known.
+        world: World of the oracle and of a prior map; None for a recording or a real robot, where
+            it is not known.
         config: Robot, grid and planner.
         models: Policy of ``policy``; None for the shipped one. ``actor-critic`` always drives with
             the shipped policy of the paper's scheme.
@@ -98,6 +100,11 @@ def make_steering(
     repeat = config.rollouts.action_repeat
     settings = config.local_planner.decimated(repeat)
     planner = LocalPlanner(
-        config.grid, settings, config.robot, config.rollouts, config.arrival.distance
+        config.grid,
+        settings,
+        config.robot,
+        config.rollouts,
+        config.arrival.distance,
+        make_prior_map(config, world),
     )
     return Steering(controller, planner, repeat)

@@ -26,6 +26,7 @@ from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import CloudPerception, HorizontalPerception, Perception
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from andabata.navigation.planning.local_planner import LocalPlannerConfig
+from andabata.navigation.planning.prior_map import PriorMapConfig
 from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsConfig
 from traversability.grid import PolarGrid
 from worlds.world import Geofence
@@ -44,6 +45,7 @@ class NavigatorConfig(BaseModel):
         filter: Settings of the filter.
         errors: Errors of the true pose.
         local_planner: Settings of the local planner.
+        prior_map: What the local planner knows of the ground before the drive.
         rollouts: Settings of its rollouts.
         arrival: Rules by which the robot declares a goal reached.
         laser_monitor: Silence of the laser from which the robot stands still.
@@ -62,6 +64,7 @@ class NavigatorConfig(BaseModel):
     filter: UkfConfig = Field(default_factory=UkfConfig)
     errors: NoisyGroundTruthConfig = Field(default_factory=NoisyGroundTruthConfig)
     local_planner: LocalPlannerConfig = Field(default_factory=LocalPlannerConfig)
+    prior_map: PriorMapConfig = Field(default_factory=PriorMapConfig)
     rollouts: TrajectoryRolloutsConfig = Field(default_factory=TrajectoryRolloutsConfig)
     arrival: ArrivalConfig = Field(default_factory=ArrivalConfig)
     laser_monitor: LaserMonitorConfig = Field(default_factory=LaserMonitorConfig)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from andabata.bench.table import Row
+from andabata.bench.vehicle_ground import ground_drives, ground_table
 from andabata.machine.bullet_vehicle import BulletConfig, BulletVehicle
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
@@ -57,7 +58,7 @@ def bench_vehicle(
     Args:
         robot: Body to drive.
         seed: Seed of the kinematic plant's slip, and of the comparison of the plants.
-        step: Function that is called after each of the five parts.
+        step: Function that is called after each of the six parts.
         plant: Plant to measure it in.
     """
 
@@ -70,6 +71,7 @@ def bench_vehicle(
         "obstacles": lambda: obstacles(robot, make),
         "tipping": lambda: tipping(robot, _gripping(robot, plant, make)),
         "plants": lambda: [compare_plants(robot, seed, fast) for fast in ("wheels", "kinematic")],
+        "ground": lambda: ground_drives(robot, seed),
     }
     measurements: Row = {}
     for name, part in parts.items():
@@ -101,6 +103,7 @@ def vehicle_tables(measurements: Row) -> list[tuple[str, list[Row]]]:
         ("10 s towards an obstacle 1.5 m ahead", obstacle_rows),
         ("tipping over", [measurements["tipping"]]),
         ("fast plants against bullet", measurements["plants"]),
+        ("10 s over ground 1.5 m ahead, in all plants", ground_table(measurements["ground"])),
     ]
 
 

@@ -22,6 +22,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from worlds.bodies import BELOW, build_solids, build_walkers, move_walker
+from worlds.drag import PERIOD, SLOWEST, drag_at, drag_map
 from worlds.quiet_pybullet import pybullet
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World
@@ -93,6 +94,7 @@ class BulletVehicle:
         self._window = GroundWindow(world.ground, self._client)
         self._solids = build_solids(world, self._client)
         self._walkers = build_walkers(world, self._client)
+        self._drag = drag_map(world)
         for body in self._solids:
             pybullet.changeDynamics(body, -1, lateralFriction=1.0, physicsClientId=self._client)
         self._body = self._load(robot)
@@ -226,11 +228,15 @@ class BulletVehicle:
         (x, y, *_), _ = self._footprint()
         self._follow(x, y)
         self._contact = Contact.NONE
-        rows, upright = [], math.cos(self._config.tip_angle)
+        rows, upright, force = [], math.cos(self._config.tip_angle), 0.0
         for tick in range(ticks):
             near = [] if walkers is None else self._move_walkers(walkers, tick)
             speed = self._speed() if near else 0.0
+            if tick % PERIOD == 0:
+                force = self._plants() if self._drag.force.size else 0.0
             for _ in range(round(TICK / self._config.step)):
+                if force:
+                    self._brake(force)
                 pybullet.stepSimulation(physicsClientId=self._client)
             if self._contact is Contact.NONE:
                 if self._touches():
@@ -244,6 +250,26 @@ class BulletVehicle:
             self._tipped |= turn[_UP] < upright
         self._ticks += ticks
         return np.array(rows).reshape(ticks, 9)
+
+    def _plants(self) -> float:
+        """Return the force of the plants that the body is in [N]."""
+        (x, y, *_), turn = self._footprint()
+        half = self._robot.length / 2
+        return self._robot.width * drag_at(self._drag, x, y, turn[0], turn[3], half)
+
+    def _brake(self, force: float) -> None:
+        """Let plants act against the level motion of the body for one step."""
+        (u, v, _), _ = pybullet.getBaseVelocity(self._body, physicsClientId=self._client)
+        rate = force / max(math.hypot(u, v), SLOWEST)
+        place, _ = pybullet.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
+        pybullet.applyExternalForce(
+            self._body,
+            -1,
+            [-rate * u, -rate * v, 0.0],
+            place,
+            pybullet.WORLD_FRAME,
+            physicsClientId=self._client,
+        )
 
     def _touches(self) -> bool:
         """Return true if the body touches a solid object, or a wheel one that it cannot climb."""

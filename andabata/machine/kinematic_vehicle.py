@@ -19,6 +19,7 @@ from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from terrain.kernel import kernel
 from worlds.caps import low_caps
+from worlds.drag import PERIOD, DragMap, drag_at, drag_map
 from worlds.rooms.mover_motion import Movers
 from worlds.traversability_map import Reason, TraversabilityMap
 from worlds.walking import WalkerTrack
@@ -40,6 +41,9 @@ _LEFT, _RIGHT = 7, 8
 _IS_WHEEL = 2
 """Column of the outline after x and y: 1 for a point of a wheel, 0 for one of the body."""
 
+_GRAVITY = 9.81
+"""Standard gravity [m/s2]."""
+
 _CLEAR, _NEAR, _SOLID, _LOW = range(4)
 """States of a cell of the contact map; see ``contact_map``."""
 
@@ -51,6 +55,9 @@ ContactMap = tuple[NDArray[np.uint8], float, float, float, NDArray[np.float64]]
 """Cells as ``contact_map`` returns them, least x, least y and width of a cell [m], and points of
 the body as in ``PlantParameters``."""
 
+PlantDrag = tuple[NDArray[np.uint8], float, float, float]
+"""Values of a ``DragMap`` in their order."""
+
 
 class KinematicConfig(BaseModel):
     """Parameters of the terrain-following plant, as measured in the bullet plant.
@@ -59,7 +66,8 @@ class KinematicConfig(BaseModel):
         time_constant: Time constant from commanded to actual twist [s].
         slip_sigma: Standard deviation of the relative error of speed and yaw rate.
         slip_time: Correlation time of that error [s].
-        max_climb: Steepest slope that the body climbs [rad].
+        max_climb: Steepest slope that the body climbs [rad]; the drag of plants takes of the grip
+            that it stands for.
         max_tilt: Roll or pitch beyond which the body rolls over [rad].
         outline_margin: Distance by which the outline of the body is shrunk for contact with the
             cells of the true map [m].
@@ -104,6 +112,8 @@ class KinematicVehicle:
         # Of a low object wheels strike what rises more than a step, and climb its foot.
         cells[(cells == _LOW) & ~low_caps(world)] = _NEAR
         self._contact: ContactMap = (cells, truth.x_min, truth.y_min, truth.cell, outline)
+        drag = drag_map(world)
+        self._drag: PlantDrag = (drag.force, drag.x_min, drag.y_min, drag.cell)
         self._last = np.zeros(9)
         self.place(Start(0.0, 0.0, 0.0))
 
@@ -172,6 +182,7 @@ class KinematicVehicle:
             parameters.sliding,
             self._ground,
             self._contact,
+            self._drag,
             rows,
             self._flags,
         )
@@ -255,7 +266,8 @@ class PlantParameters(NamedTuple):
     Attributes:
         limits: Share of the slip that remains after a tick (first-order Gauss-Markov), share of a
             commanded change of twist that is made in a tick (first-order lag), steepest climb and
-            largest tilt [rad]; shape (4,).
+            largest tilt [rad], width of the body per weight [m/N] and half of its length [m]; shape
+            (6,).
         sliding: ``creep``, ``creep_slope`` and ``pivot`` of ``RobotModel``, shape (3,).
         wheels: Contact points of the wheels [m], shape (4, 2).
         outline: Points of the body x, y [m] and 1 for a wheel's, 0 else; shape (k, 3).
@@ -280,7 +292,14 @@ def plant_parameters(robot: RobotModel, config: KinematicConfig) -> PlantParamet
     corners = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
     return PlantParameters(
         limits=np.array(
-            [decay, 1 - math.exp(-TICK / config.time_constant), config.max_climb, config.max_tilt]
+            [
+                decay,
+                1 - math.exp(-TICK / config.time_constant),
+                config.max_climb,
+                config.max_tilt,
+                robot.width / (robot.mass * _GRAVITY),
+                robot.length / 2,
+            ]
         ),
         sliding=np.array([robot.creep, robot.creep_slope, robot.pivot]),
         wheels=corners * [robot.wheelbase, robot.track],
@@ -316,6 +335,7 @@ def drive_ticks(
     sliding: NDArray[np.float64],
     ground: WheelGround,
     contact: ContactMap,
+    drag: PlantDrag,
     rows: NDArray[np.float64],
     flags: NDArray[np.bool_],
 ) -> None:
@@ -330,14 +350,17 @@ def drive_ticks(
         sliding: ``PlantParameters.sliding``.
         ground: Ground under the wheels.
         contact: Solid cells and outline.
+        drag: Drag of plants.
         rows: Track that is filled: x, y, z [m], quaternion x, y, z, w of each tick, shape
             (ticks, 7 or more).
         flags: Collision and roll-over, set in place and never cleared here, shape (2,).
     """
-    slip_decay, response, max_climb, max_tilt = limits
+    slip_decay, response, max_climb, max_tilt, width_per_weight, half_length = limits
     creep, creep_slope, pivot = sliding
     heights, cell, wheels = ground
     states, x_min, y_min, map_cell, outline = contact
+    plants = DragMap(drag[0], drag[1], drag[2], drag[3])
+    drags, force = plants.force.size > 0, 0.0
     cosine, sine = np.cos(motion[_YAW]), np.sin(motion[_YAW])
     height, roll, pitch = fit_wheel_plane(
         heights, cell, motion[_X], motion[_Y], cosine, sine, wheels
@@ -353,6 +376,13 @@ def drive_ticks(
             motion[_SPEED] = motion[_YAW_RATE] = 0.0
         if -pitch * np.sign(motion[_SPEED]) > max_climb:  # Nose up too steeply: the wheels spin.
             motion[_SPEED] = 0.0
+        if drags and k % PERIOD == 0:
+            force = drag_at(plants, motion[_X], motion[_Y], cosine, sine, half_length)
+        if force > 0.0:
+            # Plants take of the grip what the slope leaves of it. Motors hold the speed until then.
+            grip = np.tan(max_climb) * np.cos(pitch) + np.sin(pitch) * np.sign(motion[_SPEED])
+            if force * width_per_weight > grip:
+                motion[_SPEED] = 0.0
         # Midpoint rule: the step is made along the heading in the middle of the tick.
         mid_yaw = motion[_YAW] + motion[_YAW_RATE] * TICK / 2
         step, aside = motion[_SPEED] * TICK, 0.0

@@ -59,7 +59,7 @@ def measure_beams(
         classes: Semantic classes that are filled, shape (s, b).
     """
     true, kinds = np.empty(len(rays), dtype=np.float32), classes.reshape(-1)
-    cast_rays(rays, optical_depths, reach, layout, true, kinds)
+    cast_rays(rays, optical_depths, times, reach, layout, true, kinds)
     if walkers is not None:
         cover_rays(rays, times, walkers, reach, true, kinds)
     if stride and np.isfinite(reach):
@@ -69,9 +69,10 @@ def measure_beams(
         for n, k in enumerate(edges):
             far_rays[n] = rays[k]
         far, far_kinds = np.empty(len(edges), dtype=np.float32), kinds[edges]
-        cast_rays(far_rays, optical_depths[edges], np.inf, layout, far, far_kinds)
+        depths, when = optical_depths[edges], times[edges]
+        cast_rays(far_rays, depths, when, np.inf, layout, far, far_kinds)
         if walkers is not None:
-            cover_rays(far_rays, times[edges], walkers, np.inf, far, far_kinds)
+            cover_rays(far_rays, when, walkers, np.inf, far, far_kinds)
         true[edges], kinds[edges] = far, far_kinds
     _measure(true.reshape(ranges.shape), key, errors, stride, ranges, classes)
 

@@ -39,6 +39,7 @@ class Period:
         ranges: Recorded virtual scan [m], shape (n_sectors,), None without one.
         wheels: Recorded commands of wheel speeds, None without.
         speed: Recorded command of the forward speed that ends the period [m/s], None without.
+        earlier: Readings that were taken in before, within the period.
     """
 
     readings: SensorReadings
@@ -46,6 +47,7 @@ class Period:
     ranges: NDArray[np.float32] | None
     wheels: WheelSpeeds | None
     speed: float | None = None
+    earlier: tuple[SensorReadings, ...] = ()
 
 
 class _End(NamedTuple):
@@ -55,7 +57,9 @@ class _End(NamedTuple):
     speed: float | None = None
 
 
-def read_periods(bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping) -> Iterator[Period]:
+def read_periods(
+    bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping, with_updates: bool = False
+) -> Iterator[Period]:
     """Yield the control periods of a recording, by the recorder's stamps of its messages.
 
     Periods end with the recorded commands, and ten times a second where there are none. The period
@@ -65,23 +69,53 @@ def read_periods(bag: Bag, sensor_decoder: SensorDecoder, remapping: Remapping) 
         bag: Recording to read.
         sensor_decoder: Decoder without messages, counting from the drive's start.
         remapping: Names that the recording uses.
+        with_updates: True to divide the readings of a period as a live navigator took them in, if
+            the recording holds that.
 
     Raises:
         SourceError: If two sources of one topic contradict each other.
     """
-    names = topic_names(
-        (*sensor_decoder.wanted, topics.VIRTUAL_SCAN, topics.WHEEL_COMMAND), remapping
-    )
+    wanted = (*sensor_decoder.wanted, topics.VIRTUAL_SCAN, topics.WHEEL_COMMAND)
+    names = topic_names((*wanted, topics.UPDATE) if with_updates else wanted, remapping)
     ends = _period_ends(bag, sensor_decoder.epoch_ns, remapping)
-    end = next(ends)
+    end, parts = next(ends), _Parts(sensor_decoder)
     for message in bag.messages(tuple(names)):
         while message.stamp_ns > end.stamp_ns:
-            yield _period(sensor_decoder, end)
+            parts.finish(end.stamp_ns)
+            yield _period(sensor_decoder, end, parts.take())
             end = next(ends)
-        if message.stamp_ns >= sensor_decoder.epoch_ns:
-            topic = names[message.topic]
+        parts.finish(message.stamp_ns)
+        topic = names[message.topic]
+        if topic is topics.UPDATE:
+            parts.end_ns = message.stamp_ns
+        elif message.stamp_ns >= sensor_decoder.epoch_ns:
             sensor_decoder.add(topic, message.content, message.stamp_ns, message.publisher)
-    yield _period(sensor_decoder, end)
+    parts.finish(end.stamp_ns)
+    yield _period(sensor_decoder, end, parts.take())
+
+
+class _Parts:
+    """Readings of parts of a control period, but for the last one.
+
+    Attributes:
+        end_ns: Stamp of the update that ends the present part [ns]; None without one.
+    """
+
+    def __init__(self, sensor_decoder: SensorDecoder) -> None:
+        self._decoder, self._readings = sensor_decoder, list[SensorReadings]()
+        self.end_ns: int | None = None
+
+    def finish(self, stamp_ns: int) -> None:
+        """Finish the present part if it ends before a stamp [ns]."""
+        if self.end_ns is not None and self.end_ns < stamp_ns:
+            seconds = self._decoder.seconds(self.end_ns)
+            self._readings.append(self._decoder.readings(seconds))
+            self.end_ns = None
+
+    def take(self) -> tuple[SensorReadings, ...]:
+        """Return the finished parts of the period, and begin the next."""
+        readings, self._readings, self.end_ns = tuple(self._readings), [], None
+        return readings
 
 
 def _period_ends(bag: Bag, epoch_ns: int, remapping: Remapping) -> Iterator[_End]:
@@ -110,7 +144,9 @@ def _forward_speed(command: RosMessage) -> float | None:
     return None if linear is None else float(linear.x)
 
 
-def _period(sensor_decoder: SensorDecoder, end: _End) -> Period:
+def _period(
+    sensor_decoder: SensorDecoder, end: _End, earlier: tuple[SensorReadings, ...]
+) -> Period:
     """Return the period that ends now.
 
     Raises:
@@ -119,4 +155,4 @@ def _period(sensor_decoder: SensorDecoder, end: _End) -> Period:
     sensor_decoder.verify_sources()
     goal, ranges, wheels = sensor_decoder.goal, sensor_decoder.ranges, sensor_decoder.wheels
     readings = sensor_decoder.readings(sensor_decoder.seconds(end.stamp_ns))
-    return Period(readings, goal, ranges, wheels, end.speed)
+    return Period(readings, goal, ranges, wheels, end.speed, earlier)

@@ -90,6 +90,9 @@ SUBGOAL = Topic("/subgoal", "/subgoal", "geometry_msgs/msg/PoseStamped", 2.0)
 HEADING_ERROR = Topic("/heading_error", "/heading_error", "std_msgs/msg/Float64", None)
 """Bearing of the goal, or of the sub-goal, relative to the heading at each decision [rad]."""
 
+UPDATE = Topic("/update", "/update", "std_msgs/msg/Float64", 10.0)
+"""Time [s] at which a live navigator takes in readings within a control period, when it records."""
+
 PLANNER_TOPICS = (LOCAL_MAP, GRID_MAP, PLAN, SUBGOAL, HEADING_ERROR)
 """Topics of what the planner knows and wants."""
 

@@ -181,7 +181,7 @@ class BagReplay:
         self._reset(bag, setup)
         scans_before = self._comparison.scans
         decoder = self._sensor_decoder(piece.epoch_ns(setup.epoch_ns))
-        for period in read_periods(bag, decoder, self._drive.topics):
+        for period in read_periods(bag, decoder, self._drive.topics, with_updates=True):
             self._step(period)
         self._end_piece(setup, decoder)
         if self._observer is not None:
@@ -236,6 +236,9 @@ class BagReplay:
         if self._viewer is not None:
             self._viewer.attend()
         self._period = period
+        for part in period.earlier:
+            self._navigator.update(part)
+            self._compass.add(part, self._localizer.odometry)
         result = self._navigator.step(period.readings)
         for watch in self._watches[-1:]:
             watch(result)

@@ -59,6 +59,8 @@ def _table() -> NDArray[np.uint8]:
         SemanticClass.MEADOW: (148, 178, 72),
         SemanticClass.THICKET: (92, 128, 52),
         SemanticClass.SHORT_GRASS: (158, 176, 98),
+        SemanticClass.KERB: (188, 186, 180),
+        SemanticClass.ROOT: (128, 96, 66),
         SemanticClass.WALL: (154, 91, 69),
         SemanticClass.WATER: (63, 127, 196),
         SemanticClass.WALKER: (122, 47, 181),

@@ -1,1 +1,1 @@
-"""Nodes of a live ROS 1 graph: ``navigator_node`` steers, ``robot_node`` simulates a robot."""
+"""Nodes of a live graph of ROS 1 or 2: ``navigator_node`` steers, ``robot_node`` simulates."""

@@ -20,6 +20,7 @@ from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.records import topics
 from andabata.records.recorder import DATUM
+from andabata.records.topics import Ros
 from andabata.replay.datum import use_datum
 from andabata.runs.strict_json import dumps
 
@@ -43,14 +44,17 @@ class DatumInitializer:
         datum: Datum of the map; None until it is determined.
     """
 
-    def __init__(self, given: Mapping[str, float], status: Callable[[str], None]) -> None:
+    def __init__(
+        self, given: Mapping[str, float], status: Callable[[str], None], ros: Ros = 1
+    ) -> None:
         """Begin without a datum.
 
         Args:
             given: Fields of ``GeoReference`` that the user gives.
             status: Function called with a line of text for the user.
+            ros: Version of ROS, whose names of topics the lines use.
         """
-        self._given, self._status = given, status
+        self._given, self._status, self._ros = given, status, ros
         self.datum: Datum | None = None
         self._fixes = np.empty((0, 5))
         self._has_mag_reference = False
@@ -140,25 +144,30 @@ class DatumInitializer:
         if not self._has_mag_reference and now > STATUS_INTERVAL and readings.mag is not None:
             use_datum(localizer, datum_from_heading(readings, localizer.pose.yaw))
             self._has_mag_reference = True
-            self._status(f"no datum yet: expected {_missing_fixes(self._fixes)}")
+            self._status(f"no datum yet: expected {_missing_fixes(self._fixes, self._ros)}")
         return replace(readings, gnss=None, mag=readings.mag if self._has_mag_reference else None)
 
 
-def missing_readings(readings: SensorReadings) -> str:
-    """Return which readings a start by sensors alone still lacks, in words."""
+def missing_readings(readings: SensorReadings, ros: Ros) -> str:
+    """Return which readings a start by sensors alone still lacks, in words.
+
+    Args:
+        readings: Readings so far.
+        ros: Version of ROS, whose names of topics are used.
+    """
     missing = [
-        topic.ros1
+        topic.name(ros)
         for topic, rows in ((topics.IMU, readings.imu), (topics.MAG, readings.mag))
         if rows is None
     ]
     fixes = np.empty((0, 5)) if readings.gnss is None else readings.gnss
-    return " and ".join([*missing, _missing_fixes(fixes)])
+    return " and ".join([*missing, _missing_fixes(fixes, ros)])
 
 
-def _missing_fixes(fixes: NDArray[np.float64]) -> str:
+def _missing_fixes(fixes: NDArray[np.float64], ros: Ros) -> str:
     """Return which fixes a datum still lacks, and why, in words."""
     reasons = "".join(f", {n} refused {why}" for why, n in rejected_fixes(fixes).items())
     return (
-        f"{_MIN_FIXES} good fixes of {topics.FIX.ros1} that agree with each other, got "
+        f"{_MIN_FIXES} good fixes of {topics.FIX.name(ros)} that agree with each other, got "
         f"{int(consistent_fixes(fixes).sum())} of {len(fixes)}{reasons}"
     )

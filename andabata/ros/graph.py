@@ -1,70 +1,95 @@
-"""Live ROS 1 graph: publishers and subscribers of our topics on a real master."""
+"""Live graph that nodes publish to and receive from, whichever version of ROS carries it."""
 
-import os
-import sys
-import time
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
 
-from andabata.distribution import install_ros
+from andabata.records import topics
 from andabata.records.bag_writers import MessageWriter
-from andabata.records.topics import Ros, RosMessage, Topic, message_types
+from andabata.records.topics import Ros, RosMessage, Topic
 
-DEBIAN = Path("/usr/lib/python3/dist-packages")
-"""Folder of ROS's Python packages on Debian and Ubuntu; others come by ``PYTHONPATH``."""
+_OURS = frozenset(
+    {
+        *topics.TOPICS,
+        *topics.PLANNER_TOPICS,
+        topics.GOAL_REACHED,
+        topics.LASER_CLOUD,
+        topics.TF_STATIC,
+        topics.WALKERS,
+    }
+)
+"""Topics whose names are ours, and move with a namespace."""
 
-
-_QUEUE_SIZE = 200
-"""Number of messages that wait for a slow subscriber: two seconds of the fastest topic."""
-
-_BUFFER_BYTES = 1 << 22
-"""Size of a subscriber's receive buffer [bytes]: a whole cloud has to fit."""
+_ROS2_NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
 
 class RosError(ValueError):
-    """Missing ROS installation or master, or an unusable clock of the graph."""
+    """Missing ROS, master or peer, or an unusable clock or name of the graph."""
 
 
-class RosGraph(MessageWriter):
-    """Node of this process: publishes written messages and passes received ones on.
+@dataclass(frozen=True)
+class TopicNames:
+    """Names of the topics in a graph.
 
-    Messages are built and read by rosbags; rospy only transports their bytes. So no message
+    Attributes:
+        ros: Version of ROS.
+        namespace: Prefix of our own names, as ``/robot1``; empty for none. ``/tf`` and
+            ``/tf_static`` move with it, too, as Nav2 has it.
+        remapping: Names in the graph by ours, of either version of ROS; absolute.
+    """
+
+    ros: Ros
+    namespace: str = ""
+    remapping: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the names.
+
+        Raises:
+            RosError: If the namespace is no name, or no topic of ours has a remapped name.
+        """
+        if self.namespace and not _ROS2_NAME.fullmatch(self.namespace):
+            raise RosError(
+                "--namespace: expected a slash and letters, digits or _, as /robot1, got "
+                f"{self.namespace!r}"
+            )
+        known = {name for topic in _OURS for name in (topic.ros1, topic.ros2)}
+        unknown = sorted(set(self.remapping) - known)
+        if unknown:
+            listed = ", ".join(sorted({topic.name(self.ros) for topic in _OURS}))
+            raise RosError(f"--remap: expected one of {listed} before the sign, got {unknown[0]}")
+
+    def of(self, topic: Topic) -> str:
+        """Return the name of a topic in the graph.
+
+        Raises:
+            RosError: If the version of ROS does not allow it.
+        """
+        own = topic.name(self.ros)
+        name = self.remapping.get(topic.ros1) or self.remapping.get(topic.ros2)
+        if name is None:
+            name = f"{self.namespace}{own}" if topic in _OURS else own
+        if self.ros == 2 and not _ROS2_NAME.fullmatch(name):
+            raise RosError(
+                f"{name}: expected a name of ROS 2, of /, letters, digits and _, no part of which "
+                "begins with a digit; choose another"
+            )
+        return name
+
+
+class Graph(MessageWriter, Protocol):
+    """Graph as one node sees it.
+
+    Messages are built and read by rosbags, and the graph only transports their bytes. So no message
     package of ROS has to be built, and messages of a recording and of a graph are the same.
     """
 
-    ros: Ros = 1
-
-    def __init__(self, name: str) -> None:
-        """Register the node.
-
-        Args:
-            name: Name of the node.
-
-        Raises:
-            RosError: If ROS 1 is not installed or there is no master.
-        """
-        self._rospy: Any = _rospy()
-        import rosgraph
-
-        if not rosgraph.is_master_online():
-            uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
-            raise RosError(
-                f"ROS_MASTER_URI: expected a master at {uri}, got no answer; start one with "
-                "`roscore`"
-            )
-        self._rospy.init_node(name, disable_signals=True)
-        self._publishers: dict[str, Any] = {}
-        self._subscribers: list[Any] = []
-
     def now_ns(self) -> int:
         """Return the graph's time [ns]: the wall clock, or ``/clock`` in simulated time."""
-        return int(self._rospy.get_rostime().to_nsec())
 
     def wait_for_clock(self) -> None:
         """Wait until the graph has a time: in simulated time, for the first ``/clock``."""
-        while not self.now_ns():
-            time.sleep(0.01)
 
     def sleep_until(self, stamp_ns: int) -> None:
         """Wait for a time of the graph.
@@ -75,34 +100,14 @@ class RosGraph(MessageWriter):
         Raises:
             RosError: If the graph's time runs back, as when a player starts again.
         """
-        rest = stamp_ns - self.now_ns()
-        if rest > 0:
-            try:
-                self._rospy.sleep(self._rospy.Duration(0, rest))
-            except self._rospy.ROSTimeMovedBackwardsException as error:
-                raise RosError(
-                    "/clock: expected time that increases, got a jump back; start again"
-                ) from error
 
-    def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
-        """Publish a message."""
-        if topic.ros1 not in self._publishers:
-            self._publishers[topic.ros1] = self.advertise(topic)
-        publisher = self._publishers[topic.ros1]
-        publisher.publish(publisher.data_class(message))
-
-    def advertise(self, topic: Topic, latch: bool = False) -> Any:  # noqa: ANN401 - rospy's.
-        """Create the publisher of a topic and return it.
+    def advertise(self, topic: Topic, latch: bool = False) -> None:
+        """Announce a topic that is written to later.
 
         Args:
             topic: The topic.
             latch: True to send the last message to later subscribers, too.
         """
-        publisher = self._rospy.Publisher(
-            topic.ros1, _wire(topic), queue_size=_QUEUE_SIZE, latch=latch, tcp_nodelay=True
-        )
-        self._publishers[topic.ros1] = publisher
-        return publisher
 
     def subscribe(self, topic: Topic, take: Callable[[Topic, RosMessage], None]) -> None:
         """Call a function with each message of a topic, in a thread of the subscriber.
@@ -111,75 +116,7 @@ class RosGraph(MessageWriter):
             topic: The topic.
             take: Function of the topic and the message.
         """
-        self._subscribers.append(
-            self._rospy.Subscriber(
-                topic.ros1,
-                _wire(topic),
-                lambda wire: take(topic, wire.content),
-                queue_size=_QUEUE_SIZE,
-                buff_size=_BUFFER_BYTES,
-                tcp_nodelay=True,
-            )
-        )
 
     @property
     def is_shutdown(self) -> bool:
         """True if the node was shut down."""
-        return bool(self._rospy.is_shutdown())
-
-    def close(self) -> None:
-        """Leave the graph."""
-        self._rospy.signal_shutdown("done")
-
-
-def _rospy() -> Any:  # noqa: ANN401 - a module that is not there at check time.
-    """Return ROS 1's Python client.
-
-    Raises:
-        RosError: If it is not installed.
-    """
-    try:
-        import rospy
-    except ImportError:
-        # Last in the path: the system's numpy must not shadow ours.
-        if str(DEBIAN) not in sys.path:
-            sys.path.append(str(DEBIAN))
-        try:
-            import rospy
-        except ImportError as error:
-            raise RosError(
-                f"rospy: expected ROS 1's Python packages, got {error}; on Debian: {install_ros()}"
-            ) from error
-    return rospy
-
-
-def _wire(topic: Topic) -> Any:  # noqa: ANN401 - a class made at run time.
-    """Return the message class with which rospy transports a topic's messages."""
-    import genpy
-
-    store, kind = message_types(1), topic.type_name(1)
-    text, digest = store.generate_msgdef(kind, ros_version=1)
-
-    class Wire(genpy.Message):
-        """Message of rosbags that rospy serialises as bytes."""
-
-        __slots__ = ("content",)
-        _slot_types = ("uint8[]",)
-        _type = kind.replace("/msg/", "/")
-        _md5sum = digest
-        _has_header = False
-        _full_text = text
-
-        def __init__(self, content: RosMessage = None) -> None:
-            self.content = content
-
-        def serialize(self, buffer: Any) -> None:  # noqa: ANN401 - io.BytesIO.
-            """Write the message's bytes to a buffer."""
-            buffer.write(store.serialize_ros1(self.content, kind))
-
-        def deserialize(self, data: bytes) -> "Wire":
-            """Read the message from its bytes."""
-            self.content = store.deserialize_ros1(data, kind)
-            return self
-
-    return Wire

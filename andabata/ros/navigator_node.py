@@ -1,4 +1,4 @@
-"""Navigator as one node of a live ROS 1 graph."""
+"""Navigator as one node of a live graph."""
 
 import re
 import time
@@ -31,7 +31,9 @@ from andabata.records.topics import Topic
 from andabata.replay.datum import add_fix_remarks
 from andabata.replay.mounting_monitor import MountingMonitor
 from andabata.ros.datum_initializer import DatumInitializer
-from andabata.ros.graph import RosGraph
+from andabata.ros.graph import Graph
+from andabata.ros.live_recording import LiveRecording
+from andabata.ros.navigator_output import NavigatorOutput, OutputForm
 from andabata.ros.sensor_inbox import SensorInbox
 from andabata.ros.startup import StartFinder, wait_for_transforms, warm_up
 
@@ -98,7 +100,7 @@ class NavigatorNode:
 
     def __init__(
         self,
-        graph: RosGraph,
+        graph: Graph,
         config: SimulatedRobotConfig,
         models: Models,
         steering: Steering,
@@ -108,6 +110,8 @@ class NavigatorNode:
         status: Callable[[str], None] = lambda text: None,
         local_map: bool = True,
         sources: Mapping[str, str] | None = None,
+        form: OutputForm | None = None,
+        recording: LiveRecording | None = None,
     ) -> None:
         """Assemble the navigator, compile it, and subscribe to its topics.
 
@@ -124,19 +128,23 @@ class NavigatorNode:
                 origin, assumptions, and what a start still lacks.
             local_map: True to publish the local map, the plan and ``map -> odom`` too.
             sources: Frame of the only source that is read, by topic.
+            form: Form of the output; None for the paper's.
+            recording: Recording of what is used and published; None for none.
         """
-        self._graph, self._status = graph, status
-        self._datum = DatumInitializer(given or {}, status)
+        self._graph, self._status, self._recording = graph, status, recording
+        self._output = NavigatorOutput(graph, form or OutputForm(), recording)
+        self._datum = DatumInitializer(given or {}, status, graph.ros)
         extrinsics = Extrinsics(mountings)
         decoder = SensorDecoder(0, cloud, MessageDecoder(config.robot), extrinsics)
         self._inbox = SensorInbox(graph, decoder, sources)
+        self._inbox.keeps_messages = recording is not None
         self._assemble_navigator(config, models, steering, local_map)
         self._mountings = MountingMonitor(extrinsics, self._assembler, config.robot.lidar_height)
         self._counts, self._had_arrived = TickCounts(), False
         self._reported: set[str] = set()
         self._inbox.subscribe()
         for topic in (*_PUBLISHED, *(topics.PLANNER_TOPICS if local_map else ())):
-            graph.advertise(topic)
+            self._output.advertise(topic)
 
     def _assemble_navigator(
         self, config: SimulatedRobotConfig, models: Models, steering: Steering, local_map: bool
@@ -201,7 +209,9 @@ class NavigatorNode:
         self._inbox.restart(epoch_ns)
         self._navigator.reset(pose, 0.0, is_rough)
         self._injector.reset(np.random.default_rng(_FAULT_SEED))
-        self._queue = MessageQueue(self._graph, MessageBuilder(1, epoch_ns))
+        if self._recording is not None:
+            self._recording.begin(pose, MessageBuilder(self._graph.ros, epoch_ns))
+        self._queue = MessageQueue(self._output, MessageBuilder(self._graph.ros, epoch_ns))
         self._recorder = Recorder(
             self._queue,
             self._localizer,
@@ -243,6 +253,8 @@ class NavigatorNode:
     def _update(self, now: float) -> None:
         """Process half a period of readings and publish the estimate at its end."""
         readings = self._received(now)
+        if self._recording is not None:
+            self._recording.add_update(now)
         self._navigator.update(readings)
         self._recorder.queue_transforms(readings)
         self._recorder.queue_clouds(now)
@@ -254,6 +266,8 @@ class NavigatorNode:
         goal = self._inbox.goal
         if goal is not None:
             self._navigator.set_goal(goal)
+            if self._recording is not None:
+                self._recording.add_goal(now, goal)
         self._navigator.step(readings)
 
     def _report_failures(self) -> None:
@@ -285,7 +299,10 @@ class NavigatorNode:
         pose = self._inbox.take_initial_pose()
         if pose is not None:
             self._navigator.reset(pose, now)
-        return self._usable(self._inbox.take_readings(now), now)
+        readings = self._usable(self._inbox.take_readings(now), now)
+        if self._recording is not None:
+            self._recording.add_readings(now, readings, self._inbox.taken)
+        return readings
 
     def _usable(self, readings: SensorReadings, now: float) -> SensorReadings:
         """Return the readings that can be used; some need a datum, which fixes may still give."""
@@ -302,11 +319,12 @@ class NavigatorNode:
 
     def _stop_robot(self) -> None:
         """Command a standstill, the last command of this node."""
+        self._output.stop_recording()
         builder, now_ns = self._queue.builder, self._graph.now_ns()
         seconds = (now_ns - builder.epoch_ns) / NS
-        self._graph.write(topics.TWIST, now_ns, builder.twist(0.0, 0.0))
+        self._output.write(topics.TWIST, now_ns, builder.twist(0.0, 0.0))
         wheels = builder.wheels("Wheels_cmd", seconds, 0.0, 0.0)
-        self._graph.write(topics.WHEEL_COMMAND, now_ns, wheels)
+        self._output.write(topics.WHEEL_COMMAND, now_ns, wheels)
         time.sleep(_FLUSH_TIME)
 
     def _result(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Simulated robot as a node of a live ROS 1 graph, in the graph's time."""
+"""Simulated robot as a node of a live graph, in the graph's time."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,7 +15,7 @@ from andabata.records import topics
 from andabata.records.messages import NS, MessageBuilder, pose_of, wheel_speeds_of
 from andabata.records.recorder import MessageQueue, queue_readings
 from andabata.records.topics import Ros, RosMessage, Topic
-from andabata.ros.graph import RosGraph
+from andabata.ros.graph import Graph
 from andabata.tasks.terminations import Outcome, TerminationConfig
 from worlds.scenes import Scene
 from worlds.world import Task
@@ -30,6 +30,9 @@ _LEAD_NS = NS // 10
 
 _PERIODS_PER_SECOND = 10
 
+_STATIC: dict[Ros, tuple[Topic, ...]] = {1: (), 2: (topics.TF_STATIC,)}
+"""Topic of the robot's own transforms by version of ROS: the paper's graph has none."""
+
 
 class RobotNode:
     """Simulated robot that publishes its readings in real time and follows wheel commands.
@@ -38,7 +41,7 @@ class RobotNode:
     trials.
     """
 
-    def __init__(self, graph: RosGraph, scene: Scene, config: SimulatedRobotConfig) -> None:
+    def __init__(self, graph: Graph, scene: Scene, config: SimulatedRobotConfig) -> None:
         """Subscribe to wheel commands and advertise start and goals.
 
         Args:
@@ -52,8 +55,8 @@ class RobotNode:
         graph.subscribe(topics.WHEEL_COMMAND, self._take_command)
         graph.subscribe(topics.GOAL_REACHED, self._take_arrival)
         # Latched: a navigator that starts later gets them, too.
-        self._initial_pose = graph.advertise(topics.INITIAL_POSE, latch=True)
-        self._goal = graph.advertise(topics.GOAL, latch=True)
+        for topic in (topics.INITIAL_POSE, topics.GOAL, *_STATIC[graph.ros]):
+            graph.advertise(topic, latch=True)
 
     def _take_command(self, _: Topic, message: RosMessage) -> None:
         """Store commanded wheel speeds; those that are not finite are ignored."""
@@ -115,16 +118,26 @@ class RobotNode:
         constants = config.reality.draw(rng.spawn(1)[0])
         self._injector = FaultInjector(config.faults, rng.spawn(1)[0])
         self._readings = self._simulator.reset(task.start, constants)
-        self._builder = MessageBuilder(1, graph.now_ns() + _LEAD_NS)
+        self._builder = MessageBuilder(graph.ros, graph.now_ns() + _LEAD_NS)
         self._queue = MessageQueue(_PacedWriter(graph), self._builder)
 
     def _announce(self, state: VehicleState, goal: NDArray[np.float64], is_first: bool) -> None:
         """Publish a goal, and the initial pose with the first one."""
         stamp = self._readings.stamp
-        self._goal.publish(self._goal.data_class(self._builder.goal(stamp, goal)))
+        graph, now_ns = self._graph, self._graph.now_ns()
+        graph.write(topics.GOAL, now_ns, self._builder.goal(stamp, goal))
         if is_first:
             message = self._builder.stamped_pose(stamp, state.pose)
-            self._initial_pose.publish(self._initial_pose.data_class(message))
+            graph.write(topics.INITIAL_POSE, now_ns, message)
+            for topic in _STATIC[graph.ros]:
+                graph.write(topic, now_ns, self._base_transform(topic))
+
+    def _base_transform(self, topic: Topic) -> RosMessage:
+        """Return ``base_footprint -> base_link``: both are on the ground."""
+        builder, frames = self._builder, ("base_footprint", "base_link")
+        row = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+        stamped = builder.stamped_transform(self._readings.stamp, frames, row)
+        return builder.new(topic.type_name(builder.ros), transforms=[stamped])
 
     def _attempt(
         self,
@@ -154,10 +167,8 @@ class RobotNode:
 class _PacedWriter:
     """Writer that publishes each message at the time of its stamp."""
 
-    ros: Ros = 1
-
-    def __init__(self, graph: RosGraph) -> None:
-        self._graph = graph
+    def __init__(self, graph: Graph) -> None:
+        self._graph, self.ros = graph, graph.ros
 
     def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
         """Wait for the message's time and publish it."""

@@ -14,17 +14,21 @@ from andabata.records.decoding.source_choice import is_chosen
 from andabata.records.messages import pose_of
 from andabata.records.remarks import Remarks
 from andabata.records.topics import RosMessage, Topic
-from andabata.ros.graph import RosGraph
+from andabata.ros.graph import Graph
 
 _TRANSFORM_MEMORY = 30.0
 """Time for which transforms of moving frames are kept [s]."""
 
 
 class SensorInbox:
-    """Thread-safe store of received messages: the graph's threads write, the navigator reads."""
+    """Thread-safe store of received messages: the graph's threads write, the navigator reads.
+
+    Attributes:
+        keeps_messages: True to keep the messages of lasers, and transforms, for a recording.
+    """
 
     def __init__(
-        self, graph: RosGraph, decoder: SensorDecoder, sources: Mapping[str, str] | None = None
+        self, graph: Graph, decoder: SensorDecoder, sources: Mapping[str, str] | None = None
     ) -> None:
         """Create an empty store.
 
@@ -37,6 +41,10 @@ class SensorInbox:
         self._graph, self._decoder = graph, decoder
         self._lock = threading.Lock()
         self._initial_pose: Pose | None = None
+        self._received: list[tuple[Topic, RosMessage]] = []
+        self._taken: list[tuple[Topic, RosMessage]] = []
+        self._static: list[tuple[Topic, RosMessage]] = []
+        self.keeps_messages = False
 
     def subscribe(self) -> None:
         """Subscribe to the sensors' topics, to goals, initial poses and transforms."""
@@ -52,6 +60,8 @@ class SensorInbox:
             return
         with self._lock:
             self._decoder.add(topic, message, self._graph.now_ns())
+            if self.keeps_messages and self._decoder.is_laser(topic):
+                self._received.append((topic, message))
 
     def _add_initial_pose(self, _: Topic, message: RosMessage) -> None:
         """Store a pose to which the navigator is to be reset."""
@@ -64,11 +74,16 @@ class SensorInbox:
             tree = self._decoder.extrinsics.tree
             tree.add(message.transforms, topic is topics.TF_STATIC)
             tree.prune(_TRANSFORM_MEMORY)
+            if self.keeps_messages:
+                kept = self._static if topic is topics.TF_STATIC else self._received
+                kept.append((topic, message))
 
     def restart(self, epoch_ns: int) -> None:
         """Discard the readings and the initial pose; count time from an epoch [ns] from now on."""
+        static = self._static
         self.take_readings(0.0)
         with self._lock:
+            self._static = static  # They are sent once, and count from the start on.
             self._decoder.epoch_ns = epoch_ns
             self._initial_pose = None
 
@@ -83,7 +98,14 @@ class SensorInbox:
         """
         with self._lock:
             self._decoder.extrinsics.verify()
+            self._taken, self._received = [*self._static, *self._received], []
+            self._static = []
             return self._decoder.readings(stamp)
+
+    @property
+    def taken(self) -> list[tuple[Topic, RosMessage]]:
+        """Messages of lasers, and transforms, that the last readings came with, if kept."""
+        return self._taken
 
     def take_initial_pose(self) -> Pose | None:
         """Return the last initial pose received since the last call; None without one."""

@@ -11,8 +11,9 @@ from andabata.machine.proprioception import GRAVITY, MICROTESLA
 from andabata.machine.sensor_readings import SensorReadings, Sweeps
 from andabata.navigation.navigator import Navigator
 from andabata.records.messages import NS
+from andabata.records.topics import IMU, Ros
 from andabata.ros.datum_initializer import STATUS_INTERVAL, DatumInitializer, missing_readings
-from andabata.ros.graph import RosError, RosGraph
+from andabata.ros.graph import Graph, RosError
 from andabata.ros.sensor_inbox import SensorInbox
 from traversability.cloud import PointCloud
 
@@ -28,11 +29,17 @@ _INITIAL_POSE_TIMEOUT = 1.0
 _MAX_CLOCK_OFFSET = 1.0
 """Largest offset of the sensors' stamps from the graph's time [s]; beyond is another clock."""
 
+_PLAY: dict[Ros, str] = {
+    1: "`rosbag play --clock` and `rosparam set use_sim_time true`",
+    2: "`ros2 bag play --clock` and give --use-sim-time",
+}
+"""Next step where stamps are of another clock, by version of ROS."""
+
 _KEPT_ROWS = 1000
 """Number of rows that are kept of each sensor while the start is unknown."""
 
 
-def wait_for_transforms(graph: RosGraph, inbox: SensorInbox, status: Callable[[str], None]) -> None:
+def wait_for_transforms(graph: Graph, inbox: SensorInbox, status: Callable[[str], None]) -> None:
     """Wait a while for the transforms of the sensors' frames.
 
     Later ones count from their arrival on. What is missing at the end is reported as status.
@@ -56,7 +63,7 @@ class StartFinder:
 
     def __init__(
         self,
-        graph: RosGraph,
+        graph: Graph,
         inbox: SensorInbox,
         datum: DatumInitializer,
         status: Callable[[str], None],
@@ -96,7 +103,7 @@ class StartFinder:
                     return pose, True
             if graph.now_ns() - reported > STATUS_INTERVAL * NS:
                 reported = graph.now_ns()
-                missing = missing_readings(self._readings)
+                missing = missing_readings(self._readings, graph.ros)
                 self._status(f"no start yet: expected {missing}; or /initialpose")
         raise RosError(
             "start: expected /initialpose, or readings that give a pose, got the end of the graph; "
@@ -110,7 +117,7 @@ class StartFinder:
             RosError: If they have another clock than the graph.
         """
         if new.imu is not None:
-            check_clock(float(new.imu[-1, 0]), self._graph.now_ns() / NS)
+            check_clock(float(new.imu[-1, 0]), self._graph.now_ns() / NS, self._graph.ros)
         kept = self._readings
         self._readings = SensorReadings(
             0.0,
@@ -121,21 +128,21 @@ class StartFinder:
         )
 
 
-def check_clock(stamp: float, now: float) -> None:
+def check_clock(stamp: float, now: float, ros: Ros = 1) -> None:
     """Refuse a stamp of another clock.
 
     Args:
         stamp: Stamp of an inertial reading [s].
         now: The graph's time [s].
+        ros: Version of ROS, whose commands the advice names.
 
     Raises:
         RosError: If the two are too far apart.
     """
     if abs(stamp - now) > _MAX_CLOCK_OFFSET:
         raise RosError(
-            f"/imu: expected stamps within {_MAX_CLOCK_OFFSET:.0f} s of the graph's time, got one "
-            f"{now - stamp:.1f} s behind; play recordings with `rosbag play --clock` and "
-            "`rosparam set use_sim_time true`"
+            f"{IMU.name(ros)}: expected stamps within {_MAX_CLOCK_OFFSET:.0f} s of the graph's "
+            f"time, got one {now - stamp:.1f} s behind; play recordings with {_PLAY[ros]}"
         )
 
 

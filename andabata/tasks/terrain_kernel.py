@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from andabata.machine.clock import TICKS_PER_STEP
 from andabata.machine.kinematic_vehicle import drive_ticks
 from terrain.kernel import kernel
+from worlds.drag import NO_DRAG
 from worlds.rays.layout import Blocks, ConvexObjects, GridFrame, Ground, Lattice, Layout
-from worlds.rays.walk import cast_rays
+from worlds.rays.walk import NO_TIMES, cast_rays
+from worlds.rays.wind import STILL_AIR
 from worlds.rooms.mover_motion import Movers
 
 AHEAD = 16
@@ -104,7 +106,7 @@ class BatchBody(NamedTuple):
 
     Attributes:
         slip: Standard deviation of what a tick adds to the slip.
-        limits: Limits of the drive (``PlantParameters``), shape (4,).
+        limits: Limits of the drive (``PlantParameters``), shape (6,).
         sliding: Slip of the wheels (``PlantParameters``), shape (3,).
         wheels: Places of the wheels (``PlantParameters``).
         outline: Outline of the body (``PlantParameters``).
@@ -147,32 +149,32 @@ def lay_out(worlds: list[TerrainObstacles]) -> Worlds:
     Raises:
         ValueError: If they are not of one size.
     """
-    layouts = [world.layout for world in worlds]
-    shapes = {(ground.heights.shape, blocks.tops.shape) for ground, _, blocks in layouts}
+    grounds = [world.layout.ground for world in worlds]
+    objects = [world.layout.objects for world in worlds]
+    indices = [world.layout.blocks for world in worlds]
+    shapes = {(g.heights.shape, b.tops.shape) for g, b in zip(grounds, indices, strict=True)}
     if len(shapes) > 1:
         raise ValueError(f"worlds: expected mazes of one size, got {sorted(shapes)}")
-    ground, _, blocks = layouts[0]
-    objects = [each for _, each, _ in layouts]
     return Worlds(
-        heights=np.stack([ground.heights for ground, _, _ in layouts]),
-        surface=np.stack([ground.surface for ground, _, _ in layouts]),
-        cover=np.stack([ground.cover for ground, _, _ in layouts]),
+        heights=np.stack([ground.heights for ground in grounds]),
+        surface=np.stack([ground.surface for ground in grounds]),
+        cover=np.stack([ground.cover for ground in grounds]),
         contact=np.stack([world.contact for world in worlds]),
-        tops=np.stack([blocks.tops for _, _, blocks in layouts]),
-        lids=np.stack([blocks.lids for _, _, blocks in layouts]),
+        tops=np.stack([blocks.tops for blocks in indices]),
+        lids=np.stack([blocks.lids for blocks in indices]),
         objects=_ends([len(each.kinds) for each in objects]),
         kinds=np.concatenate([each.kinds for each in objects]),
         boxes=np.concatenate([each.boxes for each in objects]),
         starts=np.concatenate([each.starts for each in objects]),
         faces=_ends([len(each.planes) for each in objects]),
         planes=np.concatenate([each.planes for each in objects]),
-        firsts=np.stack([blocks.firsts for _, _, blocks in layouts]),
-        lists=_ends([len(blocks.members) for _, _, blocks in layouts]),
-        members=np.concatenate([blocks.members for _, _, blocks in layouts]),
-        frame=ground.frame,
-        lattice=blocks.lattice._replace(
-            z_min=min(blocks.lattice.z_min for _, _, blocks in layouts),
-            z_max=max(blocks.lattice.z_max for _, _, blocks in layouts),
+        firsts=np.stack([blocks.firsts for blocks in indices]),
+        lists=_ends([len(blocks.members) for blocks in indices]),
+        members=np.concatenate([blocks.members for blocks in indices]),
+        frame=grounds[0].frame,
+        lattice=indices[0].lattice._replace(
+            z_min=min(blocks.lattice.z_min for blocks in indices),
+            z_max=max(blocks.lattice.z_max for blocks in indices),
         ),
         raster=np.array(worlds[0].raster),
     )
@@ -228,6 +230,7 @@ def move(
                 worlds.raster[2],
                 body.outline,
             ),
+            (NO_DRAG.force, NO_DRAG.x_min, NO_DRAG.y_min, NO_DRAG.cell),
             rows,
             robots.flags[k],
         )
@@ -310,8 +313,9 @@ def _cast(
             worlds.firsts[w],
             worlds.members[lists[w] : lists[w + 1]],
         ),
+        STILL_AIR,
     )
-    cast_rays(rays, budgets, max_range, layout, ranges, classes)
+    cast_rays(rays, budgets, NO_TIMES, max_range, layout, ranges, classes)
 
 
 @kernel

@@ -63,8 +63,14 @@ def spans(text: str) -> list[str]:
     return _SPAN.findall(_FENCE.sub("", text))
 
 
+_ROS2_VERBS = ("bag", "node", "run", "topic")
+"""Verbs of ROS 2's own command line that the documents name; our ``ros2`` has none of them."""
+
+
 def is_ours(words: list[str]) -> bool:
     """Return whether words call the command line, by its name or by one of its verbs."""
+    if words[:1] == ["ros2"] and words[1:2] and words[1] in _ROS2_VERBS:
+        return False  # ROS 2's own tool.
     return bool(words) and (words[0] in _PROGRAM or words[0] in _group(_root()))
 
 

@@ -1,4 +1,4 @@
-"""Stand-in for a live ROS 1 graph: its time passes while a node sleeps, and brings messages."""
+"""Stand-in for a live graph: its time passes while a node sleeps, and brings messages."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -18,19 +18,6 @@ class MemoryWriter:
     def write(self, topic: Topic, stamp_ns: int, message: RosMessage) -> None:
         """Keep a message."""
         self.messages.append((stamp_ns, topic, message))
-
-
-class Publisher:
-    """Publisher of one topic, as rospy has it."""
-
-    data_class = staticmethod(lambda message: message)
-
-    def __init__(self, graph: "PlayedGraph", topic: Topic) -> None:
-        self._graph, self._topic = graph, topic
-
-    def publish(self, message: RosMessage) -> None:
-        """Keep a message."""
-        self._graph.write(self._topic, self._graph.now_ns(), message)
 
 
 class PlayedGraph(MemoryWriter):
@@ -83,9 +70,8 @@ class PlayedGraph(MemoryWriter):
         """Deliver messages of a topic to a function."""
         self._subscribers[topic.ros1] = topic, take
 
-    def advertise(self, topic: Topic, latch: bool = False) -> Publisher:
-        """Return a publisher."""
-        return Publisher(self, topic)
+    def advertise(self, topic: Topic, latch: bool = False) -> None:
+        """Do nothing."""
 
     def close(self) -> None:
         """Do nothing."""

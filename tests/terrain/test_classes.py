@@ -15,9 +15,9 @@ def test_stored_values_never_change():
     assert [kind.name for kind in sorted(SemanticClass)] == [
         *("GROUND", "PATH", "TRUNK", "FOLIAGE", "BUSH", "ROCK", "HIGH_GRASS", "WALL", "POST"),
         *("LAMP", "BENCH", "TABLE", "BIN", "CABLE", "STONE", "WATER", "WALKER"),
-        *("STALKS", "MEADOW", "THICKET", "SHORT_GRASS"),
+        *("STALKS", "MEADOW", "THICKET", "SHORT_GRASS", "KERB", "ROOT"),
     ]
-    assert sorted(SemanticClass) == list(range(21))
+    assert sorted(SemanticClass) == list(range(23))
 
 
 def test_beams_pass_exactly_what_wheels_pass():
@@ -28,13 +28,14 @@ def test_beams_pass_exactly_what_wheels_pass():
 
 
 def test_what_may_be_driven_on():
-    """Ground, paths, stones and short grass are traversable, nothing else is."""
+    """Ground, paths, stones, low roots and short grass are traversable, nothing else is."""
     free = {kind for kind, traits in TRAITS.items() if traits.traversable}
     assert free == {
         SemanticClass.GROUND,
         SemanticClass.PATH,
         SemanticClass.STONE,
         SemanticClass.SHORT_GRASS,
+        SemanticClass.ROOT,
     }
 
 

@@ -95,6 +95,20 @@ def test_a_change_of_any_module_it_depends_on_shows_at_once_and_others_compile_n
     assert call(copy) == ["351.0", "0"]
 
 
+def test_a_second_clone_finds_the_code_of_the_first_and_that_of_no_other_source(copy):
+    """Machine code belongs to the sources: to the same ones in any folder, and to no others."""
+    second = copy / "second"
+    for package in ("terrain", "worlds"):
+        shutil.copytree(copy / package, second / package)
+    shared = {"NUMBA_CACHE_DIR": str(copy / "cache")}
+    assert call(copy) == ["61.0", "0"]
+    os.utime(second / "worlds" / "caller.py", (0, 0))
+    assert call(second, **shared) == ["61.0", "1"]
+    rewrite(second, "constants", "3.0", "7.0")
+    assert call(second, **shared) == ["141.0", "0"]
+    assert call(copy) == ["61.0", "1"]
+
+
 def test_a_compilation_is_noticed_and_a_cached_function_is_none(copy):
     """The notice comes before the result of a first use, and does not come with the second."""
     code = f"""
@@ -208,13 +222,14 @@ def test_without_a_home_there_is_no_cache(fresh, monkeypatch):
 
 def test_numbas_setting_is_left_as_it_was(monkeypatch):
     """Decorating a function leaves numba's own cache folder to other distributions."""
-    before = kernel_module._settings.CACHE_DIR
+    settings = kernel_module._settings
+    before = settings.CACHE_DIR, settings.CACHE_LOCATOR_CLASSES
 
     @kernel_module.kernel
     def reciprocal(x: float) -> float:
         return 1.0 / x
 
-    assert before == kernel_module._settings.CACHE_DIR
+    assert before == (settings.CACHE_DIR, settings.CACHE_LOCATOR_CLASSES)
     assert reciprocal(0.0) == np.inf
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from terrain.classes import SemanticClass
-from terrain.objects import bounds, box, ellipsoid, frustum, log, rock
+from terrain.objects import bounds, box, ellipsoid, frustum, log, rock, rod
 
 RNG = np.random.default_rng(0)
 OBJECTS = {
@@ -13,6 +13,9 @@ OBJECTS = {
     "ellipsoid": ellipsoid(SemanticClass.FOLIAGE, (1, 1, 4), (1, 1.5, 0.8)),
     "rock": rock((0, 0, 0), (0.3, 0.4, 0.2), RNG),
     "log": log((0, 0, 0.2), (3, 1, 0.3), 0.2),
+    "rod": rod(SemanticClass.TRUNK, (0, 0, 0), (0.3, -0.2, 2), 0.05),
+    "upright rod": rod(SemanticClass.TRUNK, (0, 0, 0), (0, 0, 2), 0.05),
+    "falling rod": rod(SemanticClass.ROOT, (0, 0, 2), (1, 0.5, 0), 0.05),
 }
 
 
@@ -73,3 +76,17 @@ def test_objects_of_one_shape_share_triangles_that_nobody_changes():
     assert one.triangles is other.triangles
     assert not one.triangles.flags.writeable
     assert one.vertices[:, 0].max() < other.vertices[:, 0].min()
+
+
+def test_a_rod_is_round_about_its_axis():
+    """Corners are at the radius from it, at either end; a level one of 8 sides has one on top."""
+    start, end = np.array([1.0, 2.0, 0.5]), np.array([2.0, 1.0, 2.5])
+    each = rod(SemanticClass.TRUNK, start, end, 0.04)
+    axis = (end - start) / np.linalg.norm(end - start)
+    for corners, middle in ((each.vertices[:6], start), (each.vertices[6:], end)):
+        away = corners - middle
+        np.testing.assert_allclose(np.linalg.norm(away, axis=1), 0.04, rtol=1e-4)
+        np.testing.assert_allclose(away @ axis, 0.0, atol=1e-6)
+    level = rod(SemanticClass.ROOT, (0, 0, 1), (1, 1, 1), 0.04, sides=8)
+    assert level.semantic is SemanticClass.ROOT
+    assert level.vertices[:, 2].max() == pytest.approx(1.04)

@@ -5,7 +5,7 @@ import pytest
 
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
-from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
+from terrain.plants import boulder, bush, fallen_trunk, grass, root, stone, tree
 
 GROUND = Heightfield(np.full((21, 21), 2.0, dtype=np.float32), 1.0)
 
@@ -94,3 +94,17 @@ def test_a_given_size_does_not_move_the_others():
     plain = tree(GROUND, 0.0, 0.0, np.random.default_rng(5))
     thick = tree(GROUND, 0.0, 0.0, np.random.default_rng(5), radius=1.0)
     np.testing.assert_array_equal(plain[1].vertices, thick[1].vertices)
+
+
+def test_a_root_follows_its_course_at_its_height():
+    """It lies on the ground, half buried; one that a wheel climbs has a class of its own."""
+    slope = Heightfield(np.tile(0.1 * np.arange(21.0), (21, 1)).T.astype(np.float32), 1.0)
+    course = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    for height, kind in ((0.05, SemanticClass.ROOT), (0.06, SemanticClass.TRUNK)):
+        parts = root(slope, course, height)
+        assert [part.semantic for part in parts] == [kind, kind]
+        level = parts[0].vertices.astype(float)
+        assert level[:, 2].max() - 1.0 == pytest.approx(height)
+        assert level[:, 2].min() - 1.0 == pytest.approx(-height / 2)
+        assert np.ptp(level[:, 1]) == pytest.approx(1.0)
+        assert parts[1].vertices[:, 0].max() == pytest.approx(1.0, abs=0.01)

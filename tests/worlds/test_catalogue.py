@@ -109,6 +109,12 @@ def test_lamps_benches_water_and_paths_stand_where_they_should():
     assert (lake.truth.reason == Reason.WATER).mean() == pytest.approx(wet.mean(), abs=0.03)
 
 
+def test_a_patch_has_its_share_of_the_strips():
+    """As many to a square metre; trails cross any square."""
+    own, small = presets()["natural-rough"].ways, patch("natural-rough", 50.0, 0.25).ways
+    assert (small.trails, small.roots, small.kerbs) == (own.trails, own.roots, round(own.kerbs / 4))
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_patch_is_a_small_world_of_the_same_kind(name):
     """A patch has the size asked for, and a task."""

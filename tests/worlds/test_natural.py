@@ -6,9 +6,11 @@ import pytest
 from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.plants import bush
+from worlds.ground_cover import CoverConfig
 from worlds.natural import NaturalConfig, Streams, make_natural, natural_on
 from worlds.rough_ground import RoughnessConfig
 from worlds.traversability_map import Reason
+from worlds.ways import WaysConfig
 
 BARE = NaturalConfig(
     family=1,
@@ -152,7 +154,7 @@ def slope(rise=0.1, size=60.0):
 def on_slope(config, placed=None):
     """Return a world on a slope."""
     smooth, surface = slope()
-    streams = Streams(*np.random.default_rng(4).spawn(5))
+    streams = Streams(*np.random.default_rng(4).spawn(len(Streams._fields)))
     return natural_on("slope", 4, config, 0.5, smooth, surface, streams, placed)
 
 
@@ -180,3 +182,31 @@ def test_placed_objects_stand_on_the_rough_ground_beside_the_random_ones():
     assert world.objects[-1].semantic is SemanticClass.BUSH
     assert world.truth.reason_at(5.0, 10.0) in (Reason.VEGETATION, Reason.SOLID)
     np.testing.assert_array_equal(world.ground.heights, alone.ground.heights)
+
+
+def test_ways_and_stems_move_nothing_of_what_was_there():
+    """Bushes stay at their places; trails are bare, smooth, and free where the hills are."""
+    rough = RoughnessConfig(clods=0.025, gravel=0.005, ruts=3)
+    cover = CoverConfig(share=0.6)
+    plain = natural(bushes=0.02, roughness=rough, cover=cover)
+    more = {"ways": WaysConfig(trails=2, roots=0.2, kerbs=2), "shrubs": 0.01, "saplings": 0.01}
+    world = natural(bushes=0.02, roughness=rough, cover=cover, wind=0.2, **more)
+    assert (world.wind, plain.wind) == (0.2, 0.0)
+    is_way = world.surface == SemanticClass.PATH
+    assert not world.cover[is_way].any()
+    np.testing.assert_array_equal(world.cover[~is_way], plain.cover[~is_way])
+    nodes = np.zeros(world.ground.heights.shape, dtype=bool)
+    nodes[:-1, :-1] = is_way
+    np.testing.assert_array_equal(world.ground.heights[nodes], world.base.heights[nodes])
+    free = world.truth.reason == Reason.FREE
+    low = natural(bushes=0.02, roughness=rough, cover=cover, ways=WaysConfig(trails=2))
+    assert free.mean() > 0.8
+    x, y = np.nonzero(low.surface == SemanticClass.PATH)
+    places = ((x + 0.5) * low.ground.cell - 30.0, (y + 0.5) * low.ground.cell - 30.0)
+    inside = np.maximum(*np.abs(places)) < 28.5
+    assert (low.truth.reason_at(*places)[inside] == Reason.FREE).mean() > 0.97
+    kinds = {each.semantic for each in world.objects}
+    assert {SemanticClass.KERB, SemanticClass.TRUNK, SemanticClass.FOLIAGE} <= kinds
+    places = {each.vertices[:, :2].tobytes() for each in world.objects}
+    kept = [each.vertices[:, :2].tobytes() in places for each in plain.objects]
+    assert np.mean(kept) > 0.8  # What stood on a way is gone.

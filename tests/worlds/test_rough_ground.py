@@ -5,16 +5,18 @@ import pytest
 
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
-from worlds.rough_ground import RoughnessConfig, rough_ground
+from worlds.rough_ground import RoughnessConfig, at_nodes, refined, rough_ground
 
 
-def rough(surface=None, difficulty=0.5, seed=0, **given):
+def rough(surface=None, difficulty=0.5, seed=0, worn=None, **given):
     """Return ground of 30 m, rough by some settings, and its surface."""
     smooth = Heightfield(np.full((121, 121), 2.0, dtype=np.float32), 0.25)
     if surface is None:
         surface = np.zeros((120, 120), dtype=np.uint8)
     config = RoughnessConfig(**given)
-    return rough_ground(smooth, surface, config, difficulty, np.random.default_rng(seed))
+    fine, surface = refined(smooth, surface, config.cells)
+    rng = np.random.default_rng(seed)
+    return rough_ground(fine, surface, config, difficulty, rng, worn), surface
 
 
 @pytest.mark.parametrize(("difficulty", "factor"), [(0.0, 0.5), (0.5, 1.0), (1.0, 1.5)])
@@ -58,3 +60,26 @@ def test_water_is_level_and_paths_are_smoother():
     plain, _ = rough(clods=0.02)
     path, _ = rough(surface, clods=0.02)
     np.testing.assert_allclose(path.heights[245:] - 2.0, (plain.heights[245:] - 2.0) / 3, atol=1e-6)
+
+
+def test_what_is_worn_off_is_smooth():
+    """Clods, gravel and ruts are as high as what is left of them."""
+    parts = {"clods": 0.02, "gravel": 0.01, "ruts": 10}
+    plain, _ = rough(**parts)
+    worn = np.zeros((361, 361))
+    worn[:100], worn[100:200] = 1.0, 0.5
+    ground, _ = rough(worn=worn, **parts)
+    np.testing.assert_array_equal(ground.heights[:100], 2.0)
+    half = (plain.heights[100:200] - 2.0) / 2
+    np.testing.assert_allclose(ground.heights[100:200] - 2.0, half, atol=1e-6)
+    np.testing.assert_array_equal(ground.heights[200:], plain.heights[200:])
+
+
+def test_nodes_of_cells_are_their_corners():
+    """One cell has four."""
+    cells = np.zeros((3, 4), dtype=bool)
+    cells[1, 2] = True
+    nodes = at_nodes(cells)
+    assert nodes.shape == (4, 5)
+    assert nodes.sum() == 4
+    assert nodes[1:3, 2:4].all()

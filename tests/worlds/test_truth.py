@@ -5,7 +5,7 @@ import pytest
 
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
-from terrain.objects import frustum
+from terrain.objects import frustum, hull
 from tests.support.true_maps import slope, solid_at, truth_of
 from worlds.traversability_map import Reason
 from worlds.truth import TruthConfig, build_truth, slope_and_step, with_vegetation_limit
@@ -188,3 +188,16 @@ def test_cover_above_the_robots_limit_is_forbidden():
     lower = with_vegetation_limit(world, 0.08).truth
     assert lower.reason_at(2.0, 0.0) == Reason.VEGETATION
     assert lower.reason_at(-2.0, 0.0) == Reason.FREE
+
+
+def test_a_kerb_is_as_high_as_it_stands_above_its_lower_side():
+    """Flush with a strip that rises with a slope, it is low by its outer face, not free."""
+    lines = np.linspace(-5.0, 5.0, 101)
+    rise = 0.3 * lines + np.where(lines > 0.0, 0.07, 0.0)
+    ground = Heightfield(np.tile(rise[:, None], (1, 101)).astype(np.float32), 0.1)
+    edges = [(x, y, 0.3 * x + z) for x in (-0.11, 0.1) for y in (0.0, 0.5) for z in (-0.05, 0.07)]
+    kerb = hull(SemanticClass.KERB, np.array(edges))
+    truth = build_truth(ground, (kerb,), TruthConfig(max_step=0.05))
+    assert truth.reason_at(0.0, 0.25) == Reason.LOW
+    rock = hull(SemanticClass.ROCK, np.array(edges))
+    assert build_truth(ground, (rock,), TruthConfig()).reason_at(0.0, 0.25) != Reason.LOW

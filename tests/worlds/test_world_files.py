@@ -209,3 +209,11 @@ def test_files_that_are_cut_off_are_refused(tmp_path, size):
         load_world(path)
     with pytest.raises(FileNotFoundError):
         load_world(tmp_path / "lost.safetensors")
+
+
+def test_wind_comes_back_and_still_air_is_not_named(tmp_path):
+    """A world without wind has the bytes that it had before there was any."""
+    path = tmp_path / "a.safetensors"
+    path.write_bytes(world_to_bytes(replace(small(), wind=0.2)))
+    assert load_world(path).wind == 0.2
+    assert b"wind" not in world_to_bytes(small())

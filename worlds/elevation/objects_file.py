@@ -20,6 +20,7 @@ from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
 from terrain.plants import boulder, bush, fallen_trunk, grass, stone, tree
 from terrain.stands import stand
+from terrain.stems import sapling, shrub
 from worlds.elevation.errors import ElevationError
 from worlds.elevation.local_frame import WGS_84, LocalFrame
 from worlds.natural import Maker
@@ -44,6 +45,8 @@ _KINDS: Mapping[str, _Kind] = MappingProxyType(
         "log": _Kind(fallen_trunk, ("length", "radius", "yaw_deg")),
         "stone": _Kind(stone),
         "stand": _Kind(stand),
+        "shrub": _Kind(shrub),
+        "sapling": _Kind(sapling),
         "lamp": _Kind(lamp),
         "bench": _Kind(bench),
         "table": _Kind(table),

@@ -54,6 +54,7 @@ def config_on(preset: str, size: float) -> NaturalConfig:
     walkers = config.walkers.model_dump() | {"count": round(config.walkers.count * share)}
     roughness = config.roughness.model_dump() | {"ruts": round(config.roughness.ruts * share)}
     new: dict[str, object] = {"walkers": walkers, "roughness": roughness, "size": size}
+    new["ways"] = config.ways.scaled(share).model_dump()
     new |= {"traps": round(config.traps * share), "near": min(config.near, size / 4)}
     return NaturalConfig.model_validate(config.model_dump() | new)
 
@@ -68,8 +69,8 @@ def world_on(
 ) -> World:
     """Return a world on a square of real ground; the same arguments give the same bytes.
 
-    Of the preset are roughness, cover, plants, objects, tasks and walkers; ditches, pits, terraces,
-    paths and water are the ground's own affair.
+    Of the preset are roughness, cover, ways, plants, objects, tasks and walkers; ditches, pits,
+    terraces, paths and water are the ground's own affair.
 
     Args:
         name: Name of the world.

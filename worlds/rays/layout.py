@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from terrain.kernel import kernel
 from terrain.objects import SceneObject, bounds
+from worlds.rays.wind import STILL_AIR, WIND_PERIOD, Wind
 from worlds.world import World
 
 BLOCK = 1.0
@@ -146,11 +147,13 @@ class Layout(NamedTuple):
         ground: The heightfield.
         objects: Convex objects on it.
         blocks: Index of ground and objects by place.
+        wind: Wind that moves leaves.
     """
 
     ground: Ground
     objects: ConvexObjects
     blocks: Blocks
+    wind: Wind
 
 
 def build_layout(world: World) -> Layout:
@@ -166,7 +169,8 @@ def build_layout(world: World) -> Layout:
         _NO_COVER if world.cover is None else np.ascontiguousarray(world.cover),
         GridFrame(-field.width / 2, -field.depth / 2, field.cell),
     )
-    return Layout(ground, _convex_objects(world.objects), _blocks(ground, world.objects))
+    wind = Wind(world.wind, WIND_PERIOD, np.uint64(world.seed)) if world.wind else STILL_AIR
+    return Layout(ground, _convex_objects(world.objects), _blocks(ground, world.objects), wind)
 
 
 def _convex_objects(objects: tuple[SceneObject, ...]) -> ConvexObjects:

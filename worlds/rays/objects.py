@@ -4,8 +4,9 @@ Objects are convex: a ray is inside from the last plane that it enters through t
 leaves through (Cyrus and Beck 1978).
 
 A plant is a lattice of cells of 8 cm, some of which hold leaves. Which ones follows from the place,
-so that whoever looks twice sees the same leaves and gaps; the wind lets one beam in seven through
-leaves that stop the others. Grass and stalks stand upright: their cells are columns.
+so that whoever looks twice sees the same leaves and gaps; one beam in seven slips through leaves
+that stop the others. Grass and stalks stand upright: their cells are columns. In wind a share of
+the cells changes now and then: whether one of them holds leaves follows from place and time.
 """
 
 from typing import NamedTuple
@@ -17,6 +18,7 @@ from terrain.classes import TRAITS, SemanticClass
 from terrain.counter_rng import uniform
 from terrain.kernel import borrowing_kernel, inlined_kernel
 from worlds.rays.geometry import NO_CLASS, Hit, Ray, clip
+from worlds.rays.wind import Wind, stirred_chance
 
 RATES = np.full(256, np.inf)
 """Expected hits per metre inside of each semantic class [1/m]; infinite where opaque."""
@@ -94,22 +96,28 @@ def cross(planes: NDArray[np.float64], first: int, last: int, ray: Ray) -> tuple
 
 
 @inlined_kernel
-def leaf_chance(ray: Ray, distance: float, kind: int) -> float:
+def leaf_chance(ray: Ray, distance: float, kind: int, wind: Wind, time: float) -> float:
     """Return the random number of the cell of leaves at a range of a ray, from 0 to 1.
 
     Args:
         ray: The ray.
         distance: Range [m].
         kind: Semantic class of the plant.
+        wind: Wind in the world.
+        time: Time of the ray [s].
     """
     i = int(np.floor((ray.x + distance * ray.dx) / LEAF)) + 0x80000
     j = int(np.floor((ray.y + distance * ray.dy) / LEAF)) + 0x80000
     k = 0 if _UPRIGHT[kind] else int(np.floor((ray.z + distance * ray.dz) / LEAF)) + 0x80000
-    return uniform(_KEY, np.uint64(((i << 20) + j) * 0x100000 + k))
+    cell = np.uint64(((i << 20) + j) * 0x100000 + k)
+    chance = uniform(_KEY, cell)
+    return stirred_chance(chance, cell, wind, time) if wind.share > 0.0 else chance
 
 
 @borrowing_kernel
-def absorb(ray: Ray, hit: Hit, optical_depth: float, crossings: Crossings) -> Hit:
+def absorb(
+    ray: Ray, hit: Hit, optical_depth: float, crossings: Crossings, wind: Wind, time: float
+) -> Hit:
     """Return the hit of a ray that porous objects stop at an optical depth.
 
     Between two borders of the objects that the ray is in, the share of cells with leaves follows
@@ -121,6 +129,8 @@ def absorb(ray: Ray, hit: Hit, optical_depth: float, crossings: Crossings) -> Hi
         hit: Hit without the porous objects.
         optical_depth: Depth at which the ray ends.
         crossings: Porous objects that the ray crosses.
+        wind: Wind in the world.
+        time: Time of the ray [s].
     """
     here = 0.0
     while here < hit.range:
@@ -144,7 +154,7 @@ def absorb(ray: Ray, hit: Hit, optical_depth: float, crossings: Crossings) -> Hi
             share = (1.0 - np.exp(-density * LEAF)) / (1.0 - np.exp(-_LEAF_DEPTH))
             while here < border:
                 there = min(here + _SAMPLE, border)
-                if leaf_chance(ray, (here + there) / 2, densest) < share:
+                if leaf_chance(ray, (here + there) / 2, densest, wind, time) < share:
                     depth = (there - here) * _LEAF_DEPTH / LEAF
                     if depth > optical_depth:
                         distance = here + optical_depth * LEAF / _LEAF_DEPTH

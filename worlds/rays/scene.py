@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worlds.rays.layout import build_layout
-from worlds.rays.walk import cast_rays
+from worlds.rays.walk import NO_TIMES, cast_rays
 from worlds.world import World
 
 
@@ -31,6 +31,7 @@ class RayScene:
         rays: NDArray[np.float32],
         optical_depths: NDArray[np.float32],
         max_range: float = np.inf,
+        times: NDArray[np.float64] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
         """Return the first hit of each ray, where leaves of porous objects stop rays.
 
@@ -44,6 +45,7 @@ class RayScene:
                 standard exponential draws, 0 to end at the first face, or infinity to ignore
                 porous objects.
             max_range: Largest range [m]; a hit beyond it counts as none.
+            times: Time of each ray [s], shape (n,), for leaves in wind; None for time 0.
 
         Returns:
             Ranges [m], float32, shape (n,), ``inf`` without a hit, and semantic classes, uint8,
@@ -51,5 +53,6 @@ class RayScene:
         """
         ranges = np.empty(len(rays), dtype=np.float32)
         classes = np.empty(len(rays), dtype=np.uint8)
-        cast_rays(rays, optical_depths, max_range, self.layout, ranges, classes)
+        when = NO_TIMES if times is None else times
+        cast_rays(rays, optical_depths, when, max_range, self.layout, ranges, classes)
         return ranges, classes

@@ -18,11 +18,15 @@ from worlds.rays.layout import GROUND_TOP, OBJECTS_BOTTOM, OBJECTS_TOP, Lattice,
 from worlds.rays.objects import RATES, Crossings, absorb, cross, misses_box
 from worlds.rays.packet import PACKET, packet_span
 
+NO_TIMES = np.empty(0)
+"""Times of rays of which none has one."""
+
 
 @kernel
 def cast_rays(
     rays: NDArray[np.float32],
     optical_depths: NDArray[np.float32],
+    times: NDArray[np.float64],
     max_range: float,
     layout: Layout,
     ranges: NDArray[np.float32],
@@ -33,6 +37,7 @@ def cast_rays(
     Args:
         rays: Origin in the map [m] and unit direction of each ray, float32, shape (n, 6).
         optical_depths: Depth in porous objects at which each ray ends, float32, shape (n,).
+        times: Time of each ray [s], shape (n,), or ``NO_TIMES`` for time 0.
         max_range: Largest range [m].
         layout: The world.
         ranges: Output: ranges [m], float32, shape (n,).
@@ -41,13 +46,16 @@ def cast_rays(
     count = len(layout.objects.kinds)
     tested_by = np.full(count, -1, dtype=np.int64)
     crossings = Crossings(np.empty(count), np.empty(count), np.empty(count, dtype=np.uint8))
-    _cast_rays(rays, optical_depths, max_range, layout, tested_by, crossings, ranges, classes)
+    _cast_rays(
+        rays, optical_depths, times, max_range, layout, tested_by, crossings, ranges, classes
+    )
 
 
 @borrowing_kernel
 def _cast_rays(
     rays: NDArray[np.float32],
     optical_depths: NDArray[np.float32],
+    times: NDArray[np.float64],
     max_range: float,
     layout: Layout,
     tested_by: NDArray[np.int64],
@@ -63,6 +71,7 @@ def _cast_rays(
     Args:
         rays: Rays as in ``cast_rays``.
         optical_depths: Depths as in ``cast_rays``.
+        times: Times as in ``cast_rays``.
         max_range: Largest range [m].
         layout: The world.
         tested_by: Index of the last ray tested against each object, -1 before the first: one that
@@ -155,6 +164,8 @@ def _cast_rays(
                 hit,
                 optical_depths[number],
                 Crossings(enters[:n_porous], leaves[:n_porous], porous[:n_porous]),
+                layout.wind,
+                times[number] if len(times) else 0.0,
             )
         # Objects are hit wherever the ray leaves the block: a hit beyond the range is none.
         beyond = hit.range > max_range

@@ -10,7 +10,7 @@ from typing import Any
 
 from andabata.app.doctor.import_guard import check_origins, other_claims
 from andabata.distribution import install_browser, install_extra, install_ros
-from andabata.ros.graph import DEBIAN
+from andabata.ros.ros1_graph import DEBIAN
 from andabata.runs.folder import commit
 
 MODULES = (
@@ -38,6 +38,7 @@ EXTRAS = {
     "zensical": "extra docs",
     "CSF": "extra peers",
     "pypatchworkpp": "extra peers",
+    "cyclonedds": "extra ros2",
     "rospy": "ROS 1",
     "chromium": "a browser",
 }
@@ -125,7 +126,8 @@ def _sockets(size: int) -> str:
     if size >= _UDP_BUFFER:
         return text
     return (
-        f"{text}; a driver of a 3D laser on this machine, which reads UDP, can lose packets: "
+        f"{text}; a driver of a 3D laser on this machine and large clouds of ROS 2, which come by "
+        "UDP, can lose packets: "
         f"`sudo sysctl -w net.core.rmem_max={_UDP_BUFFER}`"
     )
 

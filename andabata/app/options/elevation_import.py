@@ -66,8 +66,8 @@ class ElevationOptions:
         Path | None,
         typer.Option(
             metavar="GEOJSON",
-            help="Points with a kind (tree, bush, grass, rock, stone, log, stand, lamp, bench, "
-            "table, bin) and sizes.",
+            help="Points with a kind (tree, bush, grass, rock, stone, log, stand, shrub, sapling, "
+            "lamp, bench, table, bin) and sizes.",
             rich_help_panel=_PANEL,
         ),
     ] = None

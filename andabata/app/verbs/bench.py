@@ -245,7 +245,8 @@ def vehicle(
 ) -> None:
     """Measure a body in a plant: turning, slopes, obstacles, tipping over.
 
-    The fast plants are compared with bullet, whichever is measured.
+    The fast plants are compared with bullet, whichever is measured; all three drive over relief,
+    kerbs, roots, stems and plants.
 
     Examples:
         andabata bench vehicle
@@ -264,7 +265,7 @@ def vehicle(
 
     console, model = output.console(), RobotModel.load(robot)
     name = one_word(plant, get_args(Plant), "--plant")
-    with console.progress("parts", 5) as step:
+    with console.progress("parts", 6) as step:
         measurements = bench_vehicle(model, seed, step, cast(Plant, name))
     data = {"robot": robot, "plant": name, **measurements}
     if picture is not None:

@@ -1,6 +1,6 @@
 """``andabata ros``: the navigator, or a simulated robot, in a live ROS 1 graph."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,6 +18,19 @@ from andabata.app.options.shared import (
 from andabata.app.options.view import RobotViewOptions
 from worlds.splits import DEVELOPMENT_SEED
 
+if TYPE_CHECKING:
+    from andabata.app.console import Console
+    from andabata.app.live import OpenGraph
+    from andabata.ros.navigator_output import OutputForm
+
+Controller = Annotated[
+    str, typer.Option(help="policy+planner, policy, planner, reactive or straight.")
+]
+WorldPreset = Annotated[str, typer.Option("--world", help="World preset.")]
+LongestDrive = Annotated[
+    float, typer.Option("--seconds", min=0.1, help="Longest drive to each goal, in seconds.")
+]
+
 app = typer.Typer(
     help="A live ROS 1 graph: the navigator's nodes, and a simulated robot for them.",
     no_args_is_help=True,
@@ -28,9 +41,7 @@ app = typer.Typer(
 @command
 def navigator(
     *,
-    controller: Annotated[
-        str, typer.Option(help="policy+planner, policy, planner, reactive or straight.")
-    ] = "policy+planner",
+    controller: Controller = "policy+planner",
     drive: LiveDriveOptions,
     robot: Robot = "andabata",
     sensors: SensorOptions,
@@ -47,6 +58,58 @@ def navigator(
         andabata ros navigator --robot husky --cloud /points --datum 40.1,-3.4
         andabata ros navigator --view --view-port 8090 --allow-commands
     """
+    from andabata.ros.ros1_graph import Ros1Graph
+
+    navigate(Ros1Graph, controller, drive, robot, sensors, models, viewer, output.console())
+
+
+@app.command()
+@command
+def robot(
+    *,
+    world: WorldPreset = "natural-test",
+    seconds: LongestDrive = 300.0,
+    body: RobotOptions,
+    settings: SettingsOptions,
+    seed: EvaluationSeed = DEVELOPMENT_SEED,
+    output: ConsoleOptions,
+) -> None:
+    """Run a simulated robot: publish its sensors in real time, obey /wheel_speed_cmd.
+
+    Examples:
+        andabata ros robot
+        andabata ros robot --world hill --seed 3 --seconds 120
+        andabata ros robot --robot husky --set plant=kinematic
+    """
+    from andabata.ros.ros1_graph import Ros1Graph
+
+    simulate(Ros1Graph, world, seconds, body, settings, seed, output.console())
+
+
+def navigate(
+    open_graph: "OpenGraph",
+    controller: str,
+    drive: LiveDriveOptions,
+    robot: str,
+    sensors: SensorOptions,
+    models: ModelOptions,
+    viewer: RobotViewOptions,
+    console: "Console",
+    form: "OutputForm | None" = None,
+) -> None:
+    """Run the navigator in a graph and print its figures.
+
+    Args:
+        open_graph: Function that joins the graph.
+        controller: Name of the controller.
+        drive: Start, goal and duration.
+        robot: Name of the body.
+        sensors: Sensors and settings.
+        models: Classifiers and policy.
+        viewer: Choices of who watches.
+        console: Console to print to.
+        form: Form of the output; None for the paper's.
+    """
     from andabata.app.live import run_navigator
     from andabata.app.replay_text import navigation_text
     from andabata.assembly.controllers import MAPLESS_CONTROLLERS
@@ -56,8 +119,8 @@ def navigator(
 
     # A list is read as elsewhere; one robot has one controller, the first.
     (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller")[:1]
-    console = output.console()
     data = run_navigator(
+        open_graph,
         name,
         sensors.configure,
         with_parts(SimulatedRobotConfig, "utm-30lx", robot),
@@ -71,33 +134,35 @@ def navigator(
         seconds=drive.seconds,
         local_map=drive.local_map,
         view=viewer.wanted(),
+        form=form,
+        record=drive.record,
     )
     console.result(data, navigation_text(data))
 
 
-@app.command()
-@command
-def robot(
-    *,
-    world: Annotated[str, typer.Option(help="World preset.")] = "natural-test",
-    seconds: Annotated[
-        float, typer.Option(min=0.1, help="Longest drive to each goal, in seconds.")
-    ] = 300.0,
+def simulate(
+    open_graph: "OpenGraph",
+    world: str,
+    seconds: float,
     body: RobotOptions,
     settings: SettingsOptions,
-    seed: EvaluationSeed = DEVELOPMENT_SEED,
-    output: ConsoleOptions,
+    seed: int,
+    console: "Console",
 ) -> None:
-    """Run a simulated robot: publish its sensors in real time, obey /wheel_speed_cmd.
+    """Run a simulated robot in a graph and print its figures.
 
-    Examples:
-        andabata ros robot
-        andabata ros robot --world hill --seed 3 --seconds 120
-        andabata ros robot --robot husky --set plant=kinematic
+    Args:
+        open_graph: Function that joins the graph.
+        world: Preset of the world.
+        seconds: Longest drive to each goal [s].
+        body: Body and laser.
+        settings: Settings of the robot.
+        seed: Seed of the drive.
+        console: Console to print to.
     """
     from andabata.app.live import run_robot
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
 
-    config, console = settings.resolve(SimulatedRobotConfig, body.base()), output.console()
-    data = run_robot(world, seed, config, seconds, console)
+    config = settings.resolve(SimulatedRobotConfig, body.base())
+    data = run_robot(open_graph, world, seed, config, seconds, console)
     console.result(data, f"{', '.join(data['outcomes'])} after {data['simulated_s']:.1f} s")

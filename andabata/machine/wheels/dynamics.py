@@ -16,6 +16,7 @@ from andabata.machine.wheels.contact import MOMENT, TORQUE, Motion
 from andabata.machine.wheels.hull import meet_walkers, scrape_hull, strike_hull
 from andabata.machine.wheels.tyres import press_tyres, strike_tyres
 from terrain.kernel import kernel
+from worlds.drag import PERIOD, DragMap, braking, drag_at
 from worlds.walking import HeightGrid, WalkerTrack
 
 _MOST_NEAR = 64
@@ -104,6 +105,7 @@ def drive_ticks(
     targets: NDArray[np.float64],
     body: WheelsBody,
     around: Surroundings,
+    drag: DragMap,
     rows: NDArray[np.float64],
     contacts: NDArray[np.float64],
 ) -> None:
@@ -114,6 +116,7 @@ def drive_ticks(
         targets: Commanded speed of the left and of the right wheels [rad/s], shape (2,).
         body: Numbers of the robot.
         around: Ground, solids and walkers that it can touch.
+        drag: Drag of plants. Apart from ``around``, which is passed on in each sub-step.
         rows: Track that is filled: x, y, z [m], quaternion x, y, z, w of ``base_footprint``, left
             and right wheel speed [rad/s] at the end of each tick, shape (ticks, 9).
         contacts: For each tick, written in place: 1 if the body touched a solid object, 1 if it
@@ -123,15 +126,23 @@ def drive_ticks(
     reach = body.hull.reach + 2 * body.tyres.radius
     # Few drives meet walkers, and a call that finds none takes half as long as the hull's ground.
     alone = not (around.walkers.movers.radii > 0.0).any()
+    drags, force = drag.force.size > 0, 0.0
     for tick in range(len(rows)):
         motion = motion_of(state, body)
         count = find_near(motion.place, reach, around.solids, near)
         solid = walker = False
         contacts[tick, 2] = dot(motion.velocity, motion.axes.forward)
+        if drags and tick % PERIOD == 0:
+            force = _plants(motion, body, drag)
         for _ in range(SUB_STEPS):
             motion = motion_of(state, body)
             loads[:] = 0.0
             loads[2] = -GRAVITY * body.mass
+            if force > 0.0:
+                u, v = motion.velocity[0], motion.velocity[1]
+                rate = braking(force, np.hypot(u, v))
+                loads[0] -= rate * u
+                loads[1] -= rate * v
             press_tyres(motion, body, state.speeds, state.grips[0], around.ground, loads)
             scrape_hull(motion, body, around.ground, loads)
             if count > 0:
@@ -153,6 +164,14 @@ def drive_ticks(
         contacts[tick, 0], contacts[tick, 1] = solid, walker
         _write_row(state, body, rows[tick])
         state.tipped[0] |= axes_of(state.quaternion).up[2] < body.upright
+
+
+@kernel
+def _plants(motion: Motion, body: WheelsBody, drag: DragMap) -> float:
+    """Return the force of the plants that the body is in [N]."""
+    c, s = motion.axes.forward[0], motion.axes.forward[1]
+    half_length, half_width = body.hull.boxes[1, 3], body.hull.boxes[1, 4]
+    return 2.0 * half_width * drag_at(drag, motion.place[0], motion.place[1], c, s, half_length)
 
 
 @kernel

@@ -15,6 +15,7 @@ from andabata.machine.vectors import axes_of
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
 from andabata.machine.wheels.body import WheelsConfig, wheels_body
 from andabata.machine.wheels.dynamics import Surroundings, WheelsState, drive_ticks, motion_of
+from worlds.drag import drag_map
 from worlds.rooms.mover_motion import Movers
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World
@@ -43,6 +44,7 @@ class WheelsVehicle:
         ground = np.ascontiguousarray(world.ground.heights), world.ground.cell
         nobody = WalkerTrack(Movers.none(1), np.zeros((1, 0)), np.zeros(0), 0, 1 / TICK)
         self._around = Surroundings(ground, build_solids(world), nobody)
+        self._drag = drag_map(world)
         corners = np.array([[x, y] for x in (1, -1) for y in (1, -1)]) / 2
         self._corners = corners * [robot.wheelbase, robot.track]
         self.place(Start(0.0, 0.0, 0.0))
@@ -72,7 +74,7 @@ class WheelsVehicle:
         around = self._around if walkers is None else self._around._replace(walkers=walkers)
         rows, contacts = np.empty((ticks, 9)), np.empty((ticks, 3))
         targets = np.array([wheels.left, wheels.right])
-        drive_ticks(self._state, targets, self._body, around, rows, contacts)
+        drive_ticks(self._state, targets, self._body, around, self._drag, rows, contacts)
         self._contact = self._first_contact(rows, contacts, walkers)
         self._ticks += ticks
         return rows

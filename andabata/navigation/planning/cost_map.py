@@ -112,6 +112,8 @@ class CostMap:
         traversed_clearance: Clearance, raised where the robot came through: enough to drive there,
             not to turn on the spot. In cells, float32, shape (n, n).
         costs: Cost of a cell's length in each cell, float32, shape (n, n).
+        prior: Extra cost of a cell's length where it is unknown, from what was known beforehand;
+            zero unless somebody writes it, float32, shape (n, n).
     """
 
     def __init__(self, cells: int, cell: float, weights: CostWeights, passage: Passage) -> None:
@@ -130,6 +132,7 @@ class CostMap:
         self.clearance = np.zeros(shape, dtype=np.float32)
         self.traversed_clearance = np.zeros(shape, dtype=np.float32)
         self.costs = np.zeros(shape, dtype=np.float32)
+        self.prior = np.zeros(shape, dtype=np.float32)
         self._log_odds = np.zeros(shape, dtype=np.float32)
 
     def update(
@@ -160,7 +163,7 @@ class CostMap:
         else:
             _inflate_hits(known, hits, centre, lethal, far, self.clearance)
             is_near = np.ones(len(known), dtype=np.bool_)
-        _price(known, self.clearance, is_near, cell, weights, self.costs)
+        _price(known, self.prior, self.clearance, is_near, cell, weights, self.costs)
         _widen_where_driven(
             *(known, weights.max_log_odds, self._passage),
             *(self.clearance, self.traversed_clearance),
@@ -178,7 +181,8 @@ class CostMap:
         self.clearance[:] = np.minimum(clearance / np.float32(self._cell), far)
         self.traversed_clearance[:] = self.clearance
         is_near = np.ones(len(clearance), dtype=np.bool_)
-        _price(log_odds, self.clearance, is_near, self._cell, self.weights, self.costs)
+        prior, cell = self.prior, self._cell
+        _price(log_odds, prior, self.clearance, is_near, cell, self.weights, self.costs)
 
 
 @kernel
@@ -258,6 +262,7 @@ def _lower(clearance: NDArray[np.float32], x: float, y: float, far: float) -> No
 @kernel
 def _price(
     log_odds: NDArray[np.float32],
+    prior: NDArray[np.float32],
     clearance: NDArray[np.float32],
     is_near: NDArray[np.bool_],
     cell: float,
@@ -268,16 +273,17 @@ def _price(
     for i in range(len(costs)):
         if is_near[i]:
             for j in range(len(costs)):
-                costs[i, j] = _cost(log_odds[i, j], float(clearance[i, j] * cell), weights)
+                known, near = log_odds[i, j], float(clearance[i, j] * cell)
+                costs[i, j] = _cost(known, prior[i, j], near, weights)
         else:
             for j in range(len(costs)):
-                costs[i, j] = _cost_in_the_open(log_odds[i, j], weights)
+                costs[i, j] = _cost_in_the_open(log_odds[i, j], prior[i, j], weights)
 
 
 @kernel
-def _cost(log_odds: float, clearance: float, weights: CostWeights) -> float:
+def _cost(log_odds: float, prior: float, clearance: float, weights: CostWeights) -> float:
     """Return the cost of a metre at a clearance [m] with some log odds."""
-    cost = _cost_in_the_open(log_odds, weights)
+    cost = _cost_in_the_open(log_odds, prior, weights)
     # Where the robot has driven it can drive, however narrow it is there.
     if log_odds <= -np.float32(weights.max_log_odds):
         return cost
@@ -291,11 +297,11 @@ def _cost(log_odds: float, clearance: float, weights: CostWeights) -> float:
 
 
 @kernel
-def _cost_in_the_open(log_odds: float, weights: CostWeights) -> float:
+def _cost_in_the_open(log_odds: float, prior: float, weights: CostWeights) -> float:
     """Return the cost of a metre far from all obstacles."""
     cost = 1.0
     if log_odds == 0.0:
-        cost += weights.unknown_cost
+        cost += weights.unknown_cost + prior
     elif log_odds > 0.0:
         share = log_odds / weights.lethal_log_odds
         sure = weights.lethal_cost * max(share - 1.0, 0.0)

@@ -56,17 +56,17 @@ class Queue(NamedTuple):
     numbers: NDArray[np.int64]
 
 
-def queue_for(cells: int, highest: float, unknown: float) -> Queue:
+def queue_for(cells: int, highest: float, beyond: float) -> Queue:
     """Return a queue for the searches of a square.
 
     Args:
         cells: Number of cells along its edge.
         highest: Highest cost of a cell's length.
-        unknown: Cost of a cell's length beyond the square.
+        beyond: Highest cost of a cell's length beyond the square.
     """
     # A cell waits at most the dearest step behind the one that is taken, one of the square's edge
     # at most as far as the way along the edge and back to the robot.
-    step = math.sqrt(2.0) * max(highest + unknown, 2.0 * unknown * cells)
+    step = math.sqrt(2.0) * max(highest + beyond, 2.0 * beyond * cells)
     count = 1 << math.ceil(math.log2(step + 2.0))
     # Twice as many as cells are hardly ever used up; then those that are passed over go.
     entries = 2 * cells * cells
@@ -90,7 +90,10 @@ class Search(NamedTuple):
         queue: Queue for such a square.
         first: Cell of the robot, int64, shape (2,).
         octagon: Octagon around what costs less than unknown ground, int64, shape (8,).
-        unknown: Cost of a cell's length on unknown ground and beyond the square.
+        unknown: Least cost of a cell's length on unknown ground and beyond the square.
+        beyond: Cost of the way from each cell of the edge to a goal beyond the square, in the order
+            of ``edge_cells``; NaN is the straight way over unknown ground, float32, shape
+            (4 (n - 1),).
     """
 
     costs: NDArray[np.float32]
@@ -99,10 +102,15 @@ class Search(NamedTuple):
     first: NDArray[np.int64]
     octagon: NDArray[np.int64]
     unknown: float
+    beyond: NDArray[np.float32]
 
 
 def search_for(
-    costs: NDArray[np.float32], cost_to_go: NDArray[np.float32], highest: float, unknown: float
+    costs: NDArray[np.float32],
+    cost_to_go: NDArray[np.float32],
+    highest: float,
+    unknown: float,
+    prior: float = 0.0,
 ) -> Search:
     """Return a search over some costs, before its begin.
 
@@ -110,11 +118,19 @@ def search_for(
         costs: Cost of a cell's length in each cell, at least 1, float32, shape (n, n).
         cost_to_go: Memory of the result, float32, shape (n, n).
         highest: Highest cost of a cell's length.
-        unknown: Cost of a cell's length on unknown ground and beyond the square.
+        unknown: Least cost of a cell's length on unknown ground and beyond the square.
+        prior: Highest extra cost of a cell's length there.
     """
-    queue = queue_for(len(costs), highest, unknown)
+    n = len(costs)
+    queue = queue_for(n, highest + prior, unknown + prior)
     first, octagon = np.zeros(2, dtype=np.int64), np.zeros(SIDES, dtype=np.int64)
-    return Search(costs, cost_to_go, queue, first, octagon, unknown)
+    straight = np.full(4 * (n - 1), np.nan, dtype=np.float32)
+    return Search(costs, cost_to_go, queue, first, octagon, unknown, straight)
+
+
+def edge_cells(n: int) -> NDArray[np.int64]:
+    """Return rows and columns of the cells of a square's edge, shape (4 (n - 1), 2)."""
+    return np.array([_edge_cell(k, n) for k in range(4 * (n - 1))], dtype=np.int64)
 
 
 @kernel
@@ -160,7 +176,7 @@ def settle(around: Search, cell: tuple[int, int], limit: float, margin: float) -
 def _begin(around: Search, last: NDArray[np.int64]) -> None:
     """Let the last cell wait, or, if it is beyond the square, all cells of the edge.
 
-    Each of these costs the straight way to the last one over unknown ground.
+    Each of these costs the way from there, or the straight one over unknown ground.
     """
     cost_to_go, queue, unknown = around.cost_to_go, around.queue, around.unknown
     bound = bound_of(around.first, around.octagon, unknown)
@@ -174,6 +190,8 @@ def _begin(around: Search, last: NDArray[np.int64]) -> None:
     for k in range(count):
         i, j = (last[0], last[1]) if inside else _edge_cell(k, n)
         cost_to_go[i, j] = np.float32(unknown * np.hypot(last[0] - i, last[1] - j))
+        if not inside and not np.isnan(around.beyond[k]):
+            cost_to_go[i, j] = around.beyond[k]
         bucket = int(cost_to_go[i, j] + least_cost(bound, i, j))
         _put(queue, k, i * n + j, bucket)
         now = min(now, bucket)

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.navigation.planning.cost_map import CostMap, CostWeights, Passage
-from andabata.navigation.planning.cost_to_go import search, search_for
+from andabata.navigation.planning.cost_to_go import edge_cells, search, search_for
 from andabata.navigation.planning.geofence_bounds import GeofenceBounds
+from andabata.navigation.planning.prior_map import MapTransform, PriorMap
 from terrain.kernel import kernel
 
 _DETOUR = 1.05
@@ -34,6 +35,7 @@ class GridPlanner:
         goal: Goal in ``odom`` [m], shape (2,). Beyond the square the way to it counts as unknown
             ground in a straight line.
         search: Search of the cost to go, which can go on.
+        map_of_odom: Transform from ``odom`` to the map, in which the prior map lies.
     """
 
     def __init__(
@@ -44,6 +46,7 @@ class GridPlanner:
         lookahead: tuple[float, float],
         margin: float,
         passage: Passage,
+        prior: PriorMap | None = None,
     ) -> None:
         """Prepare for a square.
 
@@ -54,6 +57,7 @@ class GridPlanner:
             lookahead: Nearest and farthest sub-goal [m].
             margin: The cost to go is known wherever it is no more than the robot's and this [m].
             passage: Clearance where the robot has driven [m].
+            prior: What was known of the ground beforehand; None for nothing.
         """
         self._cell = cell
         self.weights = weights
@@ -64,14 +68,17 @@ class GridPlanner:
         self.traversed_clearance = self._map.traversed_clearance
         self.costs = self._map.costs
         self.cost_to_go = np.zeros((cells, cells), dtype=np.float32)
+        self._prior, self._edge = prior, edge_cells(cells)
+        steepest = 0.0 if prior is None else prior.highest
         unknown = 1.0 + weights.unknown_cost
-        self.search = search_for(self.costs, self.cost_to_go, weights.highest, unknown)
+        self.search = search_for(self.costs, self.cost_to_go, weights.highest, unknown, steepest)
         self.reset()
 
     def reset(self) -> None:
         """Forget where the square was."""
         self.corner: NDArray[np.float64] = np.zeros(2)
         self.goal: NDArray[np.float64] = np.zeros(2)
+        self.map_of_odom = MapTransform()
 
     def plan(
         self,
@@ -94,9 +101,11 @@ class GridPlanner:
                 around, float32, shape (n, n, 2). Clearances are then the distances from these
                 places; None takes the middles of cells and the chamfer transform.
         """
+        corner = np.asarray((centre - len(self.costs) / 2) * self._cell, dtype=np.float64)
+        if self._prior is not None:
+            self._prior.price_square(corner, self._cell, self.map_of_odom, self._map.prior)
         # What a metre costs where.
         self._map.update(log_odds, centre, bounds, hits)
-        corner = np.asarray((centre - len(self.costs) / 2) * self._cell, dtype=np.float64)
         return self._head_for(corner, position, goal)
 
     def plan_known(
@@ -141,8 +150,20 @@ class GridPlanner:
         self.corner, self.goal = corner, np.asarray(goal, dtype=np.float64)
         # What the rest of the way costs from where.
         self.search.first[:] = self._cell_within(position)
+        if self._prior is not None:
+            self.search.beyond[:] = self._costs_beyond(self._prior)
         search(self.search, self._last_cell(), self._margin)
         return self.subgoal(position)
+
+    def _costs_beyond(self, prior: PriorMap) -> NDArray[np.float64]:
+        """Return the costs of the ways from the square's edge to the goal by the prior map."""
+        places = self.corner + (self._edge + 0.5) * self._cell
+        costs = prior.costs_to(self.goal, places, self.map_of_odom) / self._cell
+        unknown = self.search.unknown
+        straight = (unknown + prior.outside) * np.hypot(*(self._last_cell() - self._edge).T)
+        costs = np.where(np.isnan(costs), straight, costs)
+        # Above that no cell of the edge is on the way, and the queue ends.
+        return np.minimum(costs, costs.min() + 2 * unknown * len(self.costs))
 
     def _cell_within(self, position: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the cell of a place, the nearest of the square for places beyond it."""

@@ -27,6 +27,7 @@ from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
 from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
 from andabata.navigation.planning.occupancy_grid import OccupancyGrid
+from andabata.navigation.planning.prior_map import MapTransform, PriorMap
 from andabata.navigation.planning.trajectory_rollouts import (
     TrajectoryRollouts,
     TrajectoryRolloutsConfig,
@@ -96,6 +97,7 @@ class LocalPlanner:
         robot: RobotModel | None = None,
         rollouts: TrajectoryRolloutsConfig | None = None,
         goal_radius: float = ARRIVAL_DISTANCE,
+        prior: PriorMap | None = None,
     ) -> None:
         """Begin with an empty grid.
 
@@ -105,6 +107,7 @@ class LocalPlanner:
             robot: Body, speed and limits.
             rollouts: Settings of the rollouts that check commands; None lets them pass.
             goal_radius: Distance from the goal at which the robot stops [m].
+            prior: What was known of the ground beforehand; None for nothing.
         """
         self.config = config or LocalPlannerConfig()
         self._grid = grid
@@ -121,6 +124,7 @@ class LocalPlanner:
             (self.config.min_lookahead, self.config.max_lookahead),
             0.0,
             Passage(robot.half_radius + _PASSAGE, self.occupancy.driven_radius, robot.length),
+            prior,
         )
         self.reset()
 
@@ -184,6 +188,7 @@ class LocalPlanner:
         (x, y), (map_x, map_y) = odometry.position[:2].tolist(), pose.position[:2].tolist()
         shift = (map_x - (c * x - s * y), map_y - (s * x + c * y))
         self._geofence = geofence_in_odom(geofence, turn, shift)
+        self.plan.map_of_odom = MapTransform(c, s, *shift)
 
     def bearing(
         self,

@@ -116,6 +116,10 @@ class SensorDecoder:
         laser = SWEEPS if self._cloud is None else (self._cloud,)
         return (*MOTION, *laser, topics.FIX, topics.GOAL)
 
+    def is_laser(self, topic: Topic) -> bool:
+        """Return True if a topic is the laser's."""
+        return topic in SWEEPS or topic is self._cloud
+
     def sensor_of(self, topic: Topic) -> Sensor | None:
         """Return the sensor whose pose a topic's measurements depend on, None without one."""
         return "laser" if topic is self._cloud else _SENSORS.get(topic)

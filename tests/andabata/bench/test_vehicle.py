@@ -49,19 +49,21 @@ def test_parts_are_run_in_their_order_and_counted(monkeypatch):
     for name in ("turning", "slopes", "obstacles", "tipping"):
         monkeypatch.setattr(vehicle, name, lambda robot, make, name=name: name)
     monkeypatch.setattr(vehicle, "compare_plants", lambda robot, seed, plant: (plant, seed))
+    monkeypatch.setattr(vehicle, "ground_drives", lambda robot, seed: [seed])
     steps = []
     found = bench_vehicle(RobotModel(), 7, lambda: steps.append(1))
-    assert list(found) == ["turning", "slopes", "obstacles", "tipping", "plants"]
+    assert list(found) == ["turning", "slopes", "obstacles", "tipping", "plants", "ground"]
+    assert found["ground"] == [7]
     assert found["slopes"] == "slopes"
     assert found["plants"] == [("wheels", 7), ("kinematic", 7)]
-    assert len(steps) == 5
+    assert len(steps) == 6
 
 
 def test_obstacles_of_a_table_are_called_so():
     """The key of the JSON is kept, the heading is plain."""
     row = {"obstacle": "step", "size_m": 0.1, "reached_m": 1.2, "contact": True}
     found = {"robot": "husky", "plant": "bullet", "turning": [], "slopes": [], "obstacles": [row]}
-    tables = dict(vehicle_tables(found | {"tipping": {"a": 1}, "plants": [{"b": 2}]}))
+    tables = dict(vehicle_tables(found | {"tipping": {"a": 1}, "plants": [{"b": 2}], "ground": []}))
     assert list(tables["10 s towards an obstacle 1.5 m ahead"][0]) == [
         "obstacle",
         "size_m",
@@ -70,6 +72,7 @@ def test_obstacles_of_a_table_are_called_so():
     ]
     assert tables["tipping over"] == [{"a": 1}]
     assert tables["fast plants against bullet"] == [{"b": 2}]
+    assert tables["10 s over ground 1.5 m ahead, in all plants"] == []
 
 
 def test_a_physics_step_has_a_row_with_its_turn_ratios(monkeypatch):

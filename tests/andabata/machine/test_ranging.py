@@ -1,20 +1,24 @@
 """Measured ranges of given rays, against the casts that they come from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from andabata.machine.ranging import measure_beams
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from worlds.rays.scene import RayScene
+from worlds.scenes import Scene
 
 SWEEPS, BEAMS = 2, 90
 
 
-def measured(scene, rays, depths, reach, errors):
-    """Return ranges and classes of rays."""
+def measured(scene, rays, depths, reach, errors, time=0.0):
+    """Return ranges and classes of rays of one time [s]."""
     ranges = np.empty((SWEEPS, BEAMS), dtype=np.float32)
     classes = np.empty((SWEEPS, BEAMS), dtype=np.uint8)
-    given = np.asfortranarray(rays), np.zeros(len(rays)), depths, scene.rays.layout, None
+    given = np.asfortranarray(rays), np.full(len(rays), time), depths, scene.rays.layout, None
     measure_beams(*given, reach, np.uint64(7), np.array(errors), 1, ranges, classes)
     return ranges.ravel(), classes.ravel()
 
@@ -58,3 +62,19 @@ def test_a_mixed_pixel_lies_between_a_near_surface_and_the_one_behind_it(fan):
         np.testing.assert_array_equal(classes[found], kinds[found])
         plain = ~edges & (true < reach)
         np.testing.assert_array_equal(ranges[plain], true[plain])
+
+
+@pytest.mark.parametrize("reach", [np.inf, 5.0])
+def test_leaves_are_those_of_the_time_of_the_beam(make_ground, fan, reach):
+    """In wind a beam of a minute later meets others, a mixed pixel's second cast too."""
+    bush = box(SemanticClass.BUSH, (0.0, 0.0, 1.0), (16.0, 16.0, 2.0))
+    world = replace(make_ground(objects=[bush]), wind=1.0)
+    scene, errors = Scene(world, RayScene(world)), [0.0, 0.0, 0.3, 1.0, 0.0, 30.0]
+    _, rays, _ = fan
+    depths = np.full(len(rays), 0.5, dtype=np.float32)
+    for time in (0.0, 60.0):
+        ranges, _ = measured(scene, rays, depths, reach, [*errors[:3], 0.0, *errors[4:]], time)
+        true, _ = scene.rays.cast(rays, depths, reach, np.full(len(rays), time))
+        np.testing.assert_array_equal(ranges, true)
+    found = [measured(scene, rays, depths, reach, errors, time)[0] for time in (0.0, 60.0)]
+    assert (found[0] != found[1]).mean() > 0.3

@@ -6,7 +6,9 @@ import pytest
 from andabata.records import topics
 from andabata.records.bag_reader import read_periods
 from andabata.records.bags import Message
+from andabata.records.decoding.message_decoder import MessageDecoder
 from andabata.records.decoding.sensor_decoder import SensorDecoder
+from andabata.records.decoding.units import UnitFactors
 from andabata.records.messages import NS, MessageBuilder
 
 COMPOSE = MessageBuilder(1)
@@ -78,3 +80,32 @@ def test_other_names_are_read_by_their_remapping():
     assert [period.goal for period in periods] == [None]
     assert periods[0].readings.stamp == pytest.approx(0.0)
     assert NS == 10**9
+
+
+def imu(seconds):
+    """Return an inertial message of a robot at rest."""
+    content = COMPOSE.imu(np.array([seconds, 0.0, 0.0, 0.0, 0.0, 0.0, 9.81]))
+    return Message("/imu", topics.IMU.kind, COMPOSE.stamp_ns(seconds), content)
+
+
+def update(seconds):
+    """Return an update within a control period."""
+    return Message("/update", topics.UPDATE.kind, COMPOSE.stamp_ns(seconds), None)
+
+
+def test_updates_divide_the_readings_of_a_period_where_they_are_asked_for():
+    """A reading of an update's time is before it; without readings an update is empty."""
+    messages = [command(0.0), *map(imu, (0.02, 0.05, 0.07)), update(0.05), command(0.1)]
+    messages += [update(0.15), imu(0.19), command(0.2)]
+
+    def divided(with_updates):
+        decoder = SensorDecoder(EPOCH, decoder=MessageDecoder(units=UnitFactors()))
+        periods = read_periods(ListBag(messages), decoder, {}, with_updates)
+        parts = [[*period.earlier, period.readings] for period in periods]
+        return [
+            [(round(r.stamp, 3), 0 if r.imu is None else len(r.imu)) for r in period]
+            for period in parts
+        ]
+
+    assert divided(True) == [[(0.0, 0)], [(0.05, 2), (0.1, 1)], [(0.15, 0), (0.2, 1)]]
+    assert divided(False) == [[(0.0, 0)], [(0.1, 3)], [(0.2, 1)]]

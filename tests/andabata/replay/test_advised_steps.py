@@ -21,7 +21,7 @@ IMU, WHEELS, FIELD, FIX, CLOUD = (
     "/fix",
     "/laser_cloud",
 )
-_FIRST_CLOUD = 17
+_FIRST_CLOUD = 7
 """Time of the first cloud of the straight drive [s]: fixes have to spread, clouds take time."""
 
 HANGING = turn((180, 0, 0))
@@ -30,7 +30,7 @@ HANGING = turn((180, 0, 0))
 @pytest.fixture(scope="module")
 def drives():
     """Messages of a winding and of a straight drive."""
-    straight = computed_bags.drive(20.0, turning=0.0, speed=0.6)
+    straight = computed_bags.drive(10.0, turning=0.0, speed=1.2)
     first = straight[0].stamp_ns + _FIRST_CLOUD * NS
     straight = [row for row in straight if row.topic != CLOUD or row.stamp_ns > first]
     return {"winding": computed_bags.drive(7.0), "straight": straight}

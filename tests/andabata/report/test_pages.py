@@ -255,7 +255,8 @@ def test_a_field_of_cylinders_shows_where_runs_ended(pages):
 def test_figures_are_written_beside_a_page(folders, tmp_path, capsys):
     """``--figures`` writes each as PNG and SVG, named after what it shows."""
     words = ["report", str(folders["td3"][0]), "--out", str(tmp_path / "page.html"), "--json"]
-    assert main([*words, "--quiet", "--figures", str(tmp_path / "figures")]) == 0
+    words += ["--quiet", "--tests", "1", "--workers", "1"]
+    assert main([*words, "--figures", str(tmp_path / "figures")]) == 0
     found = json.loads(capsys.readouterr().out)
     names = {path.name for path in (tmp_path / "figures").iterdir()}
     assert names == {f"{name}.{end}" for name in ("success", "paths-td3") for end in ("png", "svg")}

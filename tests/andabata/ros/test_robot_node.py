@@ -39,9 +39,10 @@ def scene():
     return SimpleNamespace(world=world, rays=RayScene(world))
 
 
-def drive(scene, commands, seconds=3.0, **settings):
+def drive(scene, commands, seconds=3.0, ros=1, **settings):
     """Return the result of a drive, and the graph with the published messages."""
     graph = PlayedGraph(commands, EPOCH, EPOCH + round(seconds * NS))
+    graph.ros = ros
     config = SimulatedRobotConfig(plant="kinematic", **settings)
     node = RobotNode(graph, scene, config)
     task = Task(Start(-8.0, 0.0, 0.3), ((10.0, 0.0),))
@@ -70,6 +71,19 @@ def test_readings_are_published_at_their_times(scene):
     assert len(calls) == int(result["simulated_s"] + 0.01)
     stamps = [stamp for stamp, _, _ in graph.messages]
     assert stamps == sorted(stamps)
+
+
+def test_messages_are_those_of_the_graphs_version(scene):
+    """In ROS 2 headers have no number, and the robot gives the frame of its base, once."""
+    _, first, _ = drive(scene, [], seconds=1.0)
+    _, second, _ = drive(scene, [], seconds=1.0, ros=2)
+    by_topic = [{topic: m for _, topic, m in graph.messages} for graph in (first, second)]
+    assert hasattr(by_topic[0][topics.IMU].header, "seq")
+    assert not hasattr(by_topic[1][topics.IMU].header, "seq")
+    assert set(by_topic[1]) - set(by_topic[0]) == {topics.TF_STATIC}
+    (frame,) = by_topic[1][topics.TF_STATIC].transforms
+    assert (frame.header.frame_id, frame.child_frame_id) == ("base_footprint", "base_link")
+    assert frame.transform.rotation.w == 1.0
 
 
 def test_a_command_counts_for_half_a_second(scene):

@@ -82,6 +82,8 @@ def test_a_second_of_offset_is_another_clock():
     for stamp in (8.9, 11.1):
         with pytest.raises(RosError, match="use_sim_time"):
             check_clock(stamp, 10.0)
+    with pytest.raises(RosError, match=r"/imu/data: .* --use-sim-time"):
+        check_clock(8.9, 10.0, 2)
     start, _, _, _ = finder([imu(0.2, -5.0)], None)
     with pytest.raises(RosError, match=r"5\.0 s behind"):
         start.wait()

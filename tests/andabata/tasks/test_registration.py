@@ -1,5 +1,6 @@
 """Gymnasium finds the environments as it documents: the package is imported, or named in the id."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -27,13 +28,19 @@ if __name__ == "__main__":
 """
 
 
-def fresh(*words, folder):
-    """Run a new interpreter outside the project, in which warnings are errors."""
-    command = [sys.executable, "-W", "error", *map(str, words)]
+def interpreter(*words, folder):
+    """Return how a new interpreter ends outside the project, with the kernels of this one."""
     environment = {"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(folder)}
-    done = subprocess.run(
+    environment["XDG_CACHE_HOME"] = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    command = [sys.executable, *map(str, words)]
+    return subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
+
+
+def fresh(*words, folder):
+    """Return what an interpreter prints, in which warnings are errors."""
+    done = interpreter("-W", "error", *words, folder=folder)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -104,14 +111,6 @@ def test_a_script_without_its_guard_ends_with_an_error(tmp_path):
         "import gymnasium as gym\n"
         'gym.make_vec("andabata:andabata/Natural-v0", num_envs=2, workers=2)\n'
     )
-    done = subprocess.run(
-        [sys.executable, str(script)],
-        cwd=tmp_path,
-        env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    done = interpreter(script, folder=tmp_path)
     assert done.returncode == 1
     assert 'under `if __name__ == "__main__":`' in done.stderr.splitlines()[-1]

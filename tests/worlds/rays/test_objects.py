@@ -6,6 +6,7 @@ import pytest
 from terrain.classes import SemanticClass
 from worlds.rays.geometry import NO_CLASS, Hit, Ray
 from worlds.rays.objects import LEAF, RATES, Crossings, absorb, cross, misses_box
+from worlds.rays.wind import STILL_AIR, Wind
 
 # A cube from 1 to 3 along each axis: outward normals and their distances.
 CUBE = np.array(
@@ -100,13 +101,14 @@ def fan(count=3000, x=0.0):
     return [ray((x, y, z), (1.0, 0.0, 0.0)) for y, z in rng.uniform(-40.0, 40.0, (count, 2))]
 
 
-def through(parts, hit=NOTHING, x=0.0, depths=None):
+def through(parts, hit=NOTHING, x=0.0, depths=None, wind=STILL_AIR, time=0.0):
     """Return ranges and classes of many rays with random depths through crossings."""
     rays = fan(x=x)
     if depths is None:
         depths = np.random.default_rng(3).standard_exponential(len(rays))
     hits = [
-        absorb(one, hit, float(d), crossings(*parts)) for one, d in zip(rays, depths, strict=True)
+        absorb(one, hit, float(d), crossings(*parts), wind, time)
+        for one, d in zip(rays, depths, strict=True)
     ]
     return np.array([each.range for each in hits]), np.array([each.kind for each in hits])
 
@@ -146,11 +148,13 @@ def test_grass_stands_upright():
     """Rays above each other end in the same column of grass, and in other cells of a bush."""
     low, high = (ray((0.0, 0.3, z), (1.0, 0.0, 0.0)) for z in (0.1, 0.7))
     ends = [
-        absorb(each, NOTHING, 1e-9, crossings((0.0, 90.0, GRASS))).range for each in (low, high)
+        absorb(each, NOTHING, 1e-9, crossings((0.0, 90.0, GRASS)), STILL_AIR, 0.0).range
+        for each in (low, high)
     ]
     assert ends[0] == ends[1]
     ends = [
-        absorb(each, NOTHING, 1e-9, crossings((0.0, 90.0, FOLIAGE))).range for each in (low, high)
+        absorb(each, NOTHING, 1e-9, crossings((0.0, 90.0, FOLIAGE)), STILL_AIR, 0.0).range
+        for each in (low, high)
     ]
     assert ends[0] != ends[1]
 
@@ -172,4 +176,20 @@ def test_a_ray_that_begins_inside_is_stopped_from_its_begin():
     """What lies behind the origin does not count; without any depth it ends at the first face."""
     ranges, _ = through([(-3.0, 0.2, BUSH)])
     assert np.isinf(ranges).mean() == pytest.approx(np.exp(-1.0), abs=0.05)
-    assert absorb(fan(1)[0], NOTHING, 0.0, crossings((2.0, 3.0, BUSH))) == (2.0, BUSH)
+    assert absorb(fan(1)[0], NOTHING, 0.0, crossings((2.0, 3.0, BUSH)), STILL_AIR, 0.0) == (
+        2.0,
+        BUSH,
+    )
+
+
+def test_wind_changes_few_rays_in_a_second_and_more_in_a_minute():
+    """The rate of the class stays; without wind, time changes nothing."""
+    wind, path, ones = Wind(0.3, 20.0, np.uint64(5)), [(2.0, 2.2, BUSH)], np.ones(3000)
+    found = {t: through(path, depths=ones, wind=wind, time=t)[0] for t in (0.0, 1.0, 90.0)}
+    changed = {t: (found[t] != found[0.0]).mean() for t in (1.0, 90.0)}
+    assert 0.0 < changed[1.0] < 0.04
+    assert 2 * changed[1.0] < changed[90.0] < 0.3
+    shares = [np.isinf(each).mean() for each in found.values()]
+    assert np.ptp(shares) < 0.04
+    still = [through(path, depths=ones, time=t)[0] for t in (0.0, 90.0)]
+    np.testing.assert_array_equal(*still)

@@ -1,5 +1,7 @@
 """Rays: the same hits as in pybullet and Embree; plants stop beams at their stated rate."""
 
+from dataclasses import replace
+
 import numpy as np
 import pybullet
 import pytest
@@ -228,3 +230,20 @@ def test_a_dented_object_is_named():
     dented = SceneObject(SemanticClass.ROCK, corners, np.array(faces, dtype=np.uint32))
     with pytest.raises(ValueError, match="expected convex objects, got a rock at"):
         RayScene(flat_world(dented))
+
+
+def test_leaves_in_wind_change_with_time_and_stand_still_without():
+    """Rays of one time see the same leaves, whoever casts them."""
+    bush = box(SemanticClass.BUSH, (3.0, 0.0, 1.0), (1.0, 6.0, 2.0))
+    rng = np.random.default_rng(0)
+    origins = np.column_stack([np.zeros(2000), rng.uniform(-2, 2, 2000), rng.uniform(0.3, 2, 2000)])
+    rays = rays_of(origins, np.tile([1.0, 0.0, 0.0], (2000, 1)))
+    depths = np.ones(2000, dtype=np.float32)
+    blown = RayScene(replace(flat_world(bush), wind=0.5))
+    found = [blown.cast(rays, depths, times=np.full(2000, t))[0] for t in (0.0, 0.0, 60.0)]
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(found[0], blown.cast(rays, depths)[0])
+    assert 0.1 < (found[0] != found[2]).mean() < 0.9
+    still = RayScene(flat_world(bush))
+    later = still.cast(rays, depths, times=np.full(2000, 60.0))[0]
+    np.testing.assert_array_equal(still.cast(rays, depths)[0], later)

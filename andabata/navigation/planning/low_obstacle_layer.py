@@ -2,9 +2,8 @@
 
 A rock that no wheel may touch can be ten points of a cloud, too few to make a cell of the virtual
 scan blocked. But neighbouring points are measured within a fraction of a second, so that noise
-alone moves them against each other, and they are there again in every cloud. Clods can be as high
-as rocks, but are wider: over the ground 0.2 m away on either side a rock stands out by more than
-three times what clods do. Not in the papers (assumption).
+alone moves them against each other, and they are there again in every cloud. Not in the papers
+(assumption).
 """
 
 from typing import NamedTuple
@@ -17,14 +16,10 @@ from terrain.kernel import kernel
 from traversability.cartesian.elevation_grid import ANY_AGE, MEAN, POINTS, ElevationGrid
 from traversability.cartesian.rolling_grid import PowerOfTwo, RollingGrid, follow
 
-_BESIDE = 2
-"""Number of cells from a cell to those on either side that it is compared with: as near as the
-smallest rocks allow, since clods are wider and differ less the nearer they are."""
+_BESIDE = 3
+"""Number of cells from a cell to those on either side that it is compared with."""
 
-_AROUND = 5
-"""Number of cells from a cell to the farthest whose roughness it is compared with."""
-
-_PAIRS = np.array([[_BESIDE, 0], [0, _BESIDE], [1, 1], [1, -1]])
+_PAIRS = np.array([[_BESIDE, 0], [0, _BESIDE], [2, 2], [2, -2]])
 """Offsets of the first cell of each pair; the second lies opposite."""
 
 _COUNT, _SUM = range(2)
@@ -44,13 +39,9 @@ class LowObstacleLayerConfig(BaseModel):
         max_points: Largest weight of what a cell has seen, in points.
         min_height: Mean height from which a cell is an obstacle [m]: rocks of 6 cm make a mean of
             2.
-        point_noise: Standard deviation of the height of one point [m].
-        roughness_factor: Ratio of the height to the mean absolute height of the cells around, with
-            the noise of the cell's own points, from which it counts. That mean is 0.8 standard
-            deviations of clods: 3.5 is 2.8 of them.
+        roughness_factor: Ratio of the height to that of what is around from which it counts.
         free_log_odds: Log odds of the ground layer below minus this that overrule: surely free
-            ground has no low obstacles. 4 and more never do: on rough ground most low rocks are
-            then known in time, and a goal takes a third longer.
+            ground has no low obstacles.
         decay: Share of its height that an obstacle keeps when a new cloud does not show it: what
             was measured while dead reckoning drifted is smeared over its neighbours.
     """
@@ -64,8 +55,7 @@ class LowObstacleLayerConfig(BaseModel):
     min_points: float = Field(default=6.0, gt=0)
     max_points: float = Field(default=100.0, gt=0)
     min_height: float = Field(default=0.018, gt=0)
-    point_noise: float = Field(default=0.012, ge=0)
-    roughness_factor: float = Field(default=3.5, ge=0)
+    roughness_factor: float = Field(default=5.0, ge=0)
     free_log_odds: float = Field(default=2.0, ge=0)
     decay: float = Field(default=0.7, ge=0, lt=1)
 
@@ -92,14 +82,12 @@ class Threshold(NamedTuple):
     Attributes:
         min_points: Number of points that a cell needs.
         min_height: Least mean height [m].
-        point_noise: Standard deviation of the height of one point [m].
         roughness_factor: Least ratio to the heights around.
         decay: Share of the height that is kept without a new measurement.
     """
 
     min_points: float
     min_height: float
-    point_noise: float
     roughness_factor: float
     decay: float
 
@@ -146,11 +134,7 @@ class LowObstacleLayer:
             config.min_range, config.max_range, config.max_height, config.max_points
         )
         self._threshold = Threshold(
-            min_points=config.min_points,
-            min_height=config.min_height,
-            point_noise=config.point_noise,
-            roughness_factor=config.roughness_factor,
-            decay=config.decay,
+            config.min_points, config.min_height, config.roughness_factor, config.decay
         )
 
     @property
@@ -303,7 +287,7 @@ def _detect(
     heights: NDArray[np.float32],
 ) -> None:
     """Write the heights of obstacles: higher than the threshold, and than what is around them."""
-    n = len(sums)
+    n, around = len(sums), 2 * _BESIDE
     least = threshold.min_height
     for q in range(len(due)):
         i, j = int(due[q, 0]), int(due[q, 1])  # Signed: places around begin below 0.
@@ -315,14 +299,12 @@ def _detect(
             continue
         # Mean absolute height of the cells around, but not of those that it lies on.
         rough, count = 0.0, 0
-        for a in range(i - _AROUND, i + _AROUND + 1):
-            for b in range(j - _AROUND, j + _AROUND + 1):
+        for a in range(i - around, i + around + 1):
+            for b in range(j - around, j + around + 1):
                 far = max(abs(a - i), abs(b - j))
                 u, v = a & (n - 1), b & (n - 1)
                 if far >= _BESIDE and sums[u, v, _COUNT] >= threshold.min_points:
                     rough += abs(sums[u, v, _SUM] / sums[u, v, _COUNT])
                     count += 1
-        # What clods and the noise of this cell's points make of even ground.
-        chance = np.hypot(rough / max(count, 1), threshold.point_noise / np.sqrt(points))
-        if total > threshold.roughness_factor * points * chance:
+        if total > threshold.roughness_factor * points * rough / max(count, 1):
             heights[i, j] = max(heights[i, j], total / points)

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy.ndimage import map_coordinates
 
 from andabata.navigation.planning.low_obstacle_layer import (
     LowObstacleLayer,
     LowObstacleLayerConfig,
     _median,
 )
-from terrain.relief import roughness
 from tests.support.situations import ORIGIN
 from traversability.cartesian.elevation_grid import ElevationGrid
 
@@ -172,7 +170,7 @@ def test_the_height_is_that_over_the_mean_of_the_ground_on_either_side():
     assert height_of({(20, 0): 0.05}) == pytest.approx(0.05, abs=1e-5)
 
 
-@pytest.mark.parametrize("beside", [(22, 0), (18, 0), (20, 2), (21, 1), (21, -1)])
+@pytest.mark.parametrize("beside", [(23, 0), (17, 0), (20, 3), (22, 2), (22, -2)])
 @pytest.mark.parametrize("level", [0.2, -0.2])
 def test_one_uneven_pair_beside_a_rock_does_no_harm(beside, level):
     """The median of four pairs counts: a boulder or a hole in one of them changes nothing."""
@@ -183,9 +181,9 @@ def test_one_uneven_pair_beside_a_rock_does_no_harm(beside, level):
 @pytest.mark.parametrize(
     ("pairs", "height"),
     [
-        ([((22, 0), (18, 0))], 0.05),
-        ([((22, 0), (18, 0)), ((20, 2), (20, -2))], 0.05 - 0.01),
-        ([((22, 0), (18, 0)), ((20, 2), (20, -2)), ((21, 1), (19, -1))], 0.05 - 0.02),
+        ([((23, 0), (17, 0))], 0.05),
+        ([((23, 0), (17, 0)), ((20, 3), (20, -3))], 0.05 - 0.01),
+        ([((23, 0), (17, 0)), ((20, 3), (20, -3)), ((22, 2), (18, -2))], 0.05 - 0.02),
     ],
 )
 def test_the_ground_level_is_the_median_of_the_pairs(pairs, height):
@@ -197,11 +195,11 @@ def test_the_ground_level_is_the_median_of_the_pairs(pairs, height):
 
 def test_a_pair_counts_only_when_both_of_its_cells_were_seen():
     """With one pair left its level alone counts; with none there is no height."""
-    points = grid_points({(20, 0): 0.05, (22, 0): 0.02, (18, 0): 0.02})
+    points = grid_points({(20, 0): 0.05, (23, 0): 0.02, (17, 0): 0.02})
     cells = np.floor(points[:, :2] / CELL).astype(int)
     for unseen, height in (
-        ([(20, 2), (21, 1), (21, -1)], 0.03),
-        ([(20, 2), (21, 1), (21, -1), (18, 0)], 0.0),
+        ([(20, 3), (22, 2), (22, -2)], 0.03),
+        ([(20, 3), (22, 2), (22, -2), (17, 0)], 0.0),
     ):
         hidden = (cells[:, None] == np.array(unseen)[None]).all(axis=2).any(axis=1)
         layer = layer_of(roughness_factor=0.0)
@@ -215,9 +213,9 @@ def test_only_a_ring_around_the_robot_counts(x, is_seen):
     assert (height_of({(x, 0): 0.05}, (x, 0), min_range=0.65, max_range=4.0) > 0) == is_seen
 
 
-@pytest.mark.parametrize(("x", "is_seen"), [(13, True), (14, False)])
+@pytest.mark.parametrize(("x", "is_seen"), [(12, True), (13, False)])
 def test_cells_whose_neighbours_would_wrap_around_do_not_count(x, is_seen):
-    """In a small square the ring ends two cells and one before its edge."""
+    """In a small square the ring ends three cells and one before its edge."""
     elevation, layer = ElevationGrid(CELL, 32), layer_of(cells=32)
     elevation.describe(grid_points({(x, 0): 0.05}), ORIGIN)
     layer.update(elevation, ORIGIN)
@@ -244,39 +242,16 @@ def test_an_obstacle_has_a_least_height(height, is_one):
     assert (height_of({(20, 0): height}) > 0) == is_one
 
 
-@pytest.mark.parametrize(("corner", "is_one"), [(0.27, True), (0.29, False)])
+@pytest.mark.parametrize(("corner", "is_one"), [(0.35, True), (0.37, False)])
 def test_an_obstacle_stands_out_of_what_is_around(corner, is_one):
-    """It is as many times higher as the roughness factor says than the mean of 112 cells around.
+    """It is as many times higher as the roughness factor says than the mean of 144 cells around.
 
     Four of them have a height here, in the corners, and the rock's neighbours do not count.
     """
-    heights = {(20 + i, j): corner for i in (-5, 5) for j in (-5, 5)}
+    heights = {(20 + i, j): corner for i in (-6, 6) for j in (-6, 6)}
     heights[(20, 0)] = 0.05
-    height = height_of(heights, roughness_factor=5.0, point_noise=0.0, max_height=1.0)
+    height = height_of(heights, roughness_factor=5.0, max_height=1.0)
     assert (height > 0) == is_one
-
-
-@pytest.mark.parametrize(("count", "is_one"), [(8, False), (10, True)])
-def test_a_height_that_noise_alone_can_have_is_none(count, is_one):
-    """Of points of 2 cm of noise 9 have a mean of 0.67 cm: 3 cm are 4.5 times that."""
-    layer = layer_of(point_noise=0.02, roughness_factor=4.5)
-    update(layer, grid_points({(20, 0): 0.03}, count))
-    assert (layer.heights[20, 0] > 0) == is_one
-
-
-def test_rocks_stand_out_of_clods_that_are_as_high():
-    """Clods of 2 cm rms have peaks of 6 cm, but are wider: of their cells one in 400 stands out."""
-    rng, cell = np.random.default_rng(12), 0.05
-    clods = 0.02 * roughness((164, 164), cell, rng)
-    false = 0
-    for place in (ROCK, -ROCK, ROCK[::-1] * [1, -1], ROCK[::-1] * [-1, 1]):
-        layer, points = layer_of(), with_rock(ground(rng, spacing=0.02), place, height=0.08)
-        points[:, 2] += map_coordinates(clods, (points[:, :2] + 4.1).T / cell, order=1)
-        update(layer, points)
-        is_rock = np.abs(found(layer) - place).max(axis=1) < 0.2
-        assert is_rock.any()
-        false += np.count_nonzero(~is_rock)
-    assert false < 4 * np.pi * (4.0 / CELL) ** 2 / 400
 
 
 def test_the_mean_of_all_clouds_counts_with_a_bounded_weight():

@@ -108,7 +108,7 @@ def _default(parameter: Any) -> str:  # noqa: ANN401 - click's.
     if isinstance(value, bool):
         # A pair of switches shows which one holds; a single one is off.
         return code(parameter.opts[0]) if value else ""
-    if value is None or callable(value):
+    if value is None or value == "" or callable(value):
         return ""
     value = value.value if isinstance(value, Enum) else value
     return code(value.as_posix() if isinstance(value, Path) else value)

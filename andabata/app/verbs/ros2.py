@@ -43,7 +43,7 @@ def navigator(
     Examples:
         andabata ros2 navigator
         andabata ros2 navigator --start 0,0,90 --goal 20,5
-        andabata ros2 navigator --robot husky --cloud /points --remap /encoder_data=/joint_states
+        andabata ros2 navigator --cloud /points --remap /encoder_data=/wheels
         andabata ros2 navigator --namespace /robot1 --use-sim-time
     """
     console = output.console()

@@ -29,6 +29,7 @@ def test_a_row_has_value_default_and_meaning():
     assert "| `--goal` | `X,Y`, repeatable |  | Goal" in drive
     assert "| `--out` | path | `data/runs/drive` |" in drive
     assert "| `--quiet` |  |  | Print nothing but the result. |" in drive
+    assert "| `--namespace` | `/NAME` |  | Prefix" in SECTIONS["andabata ros2 robot"]
     assert "| `--seed` | integer from 0 | `7300` | Seed of everything random, and of the" in drive
     assert "| `NAME` | text | to be given | Preset" in SECTIONS["andabata world show"]
 

@@ -45,7 +45,7 @@ class NavigatorConfig(BaseModel):
         filter: Settings of the filter.
         errors: Errors of the true pose.
         local_planner: Settings of the local planner.
-        prior_map: What the local planner knows of the ground before the drive.
+        prior_map: Heights that the local planner knows before the drive, and their costs.
         rollouts: Settings of its rollouts.
         arrival: Rules by which the robot declares a goal reached.
         laser_monitor: Silence of the laser from which the robot stands still.

@@ -40,7 +40,7 @@ def make_prior_map(config: NavigatorConfig, world: World | None) -> PriorMap | N
     else:
         raise ValueError(
             "prior_map.source: expected an elevation model (GeoTIFF) where no world is simulated, "
-            "got 'world'; name a file, or none"
+            "got 'world'; name a file, or plan without one: --set prior_map.source=none"
         )
     return PriorMap(heights, prior, 1.0 + config.local_planner.costs.unknown_cost)
 

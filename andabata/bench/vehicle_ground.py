@@ -37,7 +37,7 @@ class GroundCase:
     """Ground that robots drive over.
 
     Attributes:
-        name: What it is.
+        name: Kind of ground, in words.
         size: Its size, in the unit of the name.
         world: Ground with it.
     """

@@ -287,7 +287,7 @@ class _Turn(NamedTuple):
         wheels: Turn by the wheels, with their own ratio.
         compass: Turn by the compass.
         gyro_path: Sum of the turns of its periods by the gyro, whatever their side.
-        wheel_path: The same by the wheels.
+        wheel_path: Sum of the turns of its periods by the wheels, likewise.
     """
 
     gyro: float

@@ -65,8 +65,8 @@ class UkfConfig(BaseModel):
             others arrive; and time without any, until the receiver's period is known.
         gnss_periods: Number of the receiver's own periods, the usual time from fix to fix, of
             silence after which there is a warning, at the least a second: one lost message is none.
-        no_fix_periods: The same for a receiver that sends, and reports that it has no fix: near
-            trees several in a row are usual.
+        no_fix_periods: Number of its periods for a receiver that sends, and reports that it has no
+            fix: near trees several in a row are usual.
         inflation_time: Time of rejected measurements of a sensor after which the covariance is
             inflated [s].
         multipath_inflation_time: Time of rejected fixes after which the covariance is inflated if

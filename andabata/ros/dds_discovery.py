@@ -32,7 +32,7 @@ class Endpoint:
         gid: Its identifier.
         topic: Name of the topic, as ROS 2 has it.
         kind: Message type, as ``package/msg/Name``.
-        profile: What it offers or asks for.
+        profile: Quality of service that it offers or asks for.
     """
 
     gid: bytes

@@ -23,7 +23,7 @@ class Subscription:
         topic: The topic.
         name: Its name in the graph.
         kinds: Message types that it is accepted in.
-        profiles: What is asked of publishers: any of them is enough.
+        profiles: Qualities of service that are asked of publishers: any of them is enough.
     """
 
     def __init__(

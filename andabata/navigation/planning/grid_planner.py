@@ -57,7 +57,7 @@ class GridPlanner:
             lookahead: Nearest and farthest sub-goal [m].
             margin: The cost to go is known wherever it is no more than the robot's and this [m].
             passage: Clearance where the robot has driven [m].
-            prior: What was known of the ground beforehand; None for nothing.
+            prior: Costs of the ground that were known beforehand; None for none.
         """
         self._cell = cell
         self.weights = weights

@@ -107,7 +107,7 @@ class LocalPlanner:
             robot: Body, speed and limits.
             rollouts: Settings of the rollouts that check commands; None lets them pass.
             goal_radius: Distance from the goal at which the robot stops [m].
-            prior: What was known of the ground beforehand; None for nothing.
+            prior: Costs of the ground that were known beforehand; None for none.
         """
         self.config = config or LocalPlannerConfig()
         self._grid = grid

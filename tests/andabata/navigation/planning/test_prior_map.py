@@ -5,6 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from andabata.navigation.planning.cost_map import CostConfig, CostWeights, Passage
+from andabata.navigation.planning.cost_to_go import edge_cells
 from andabata.navigation.planning.geofence_bounds import EVERYWHERE
 from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.prior_map import MapTransform, PriorMap, PriorMapConfig
@@ -148,3 +149,28 @@ def test_a_level_prior_changes_little() -> None:
     way = plan_to(planner(prior_of(heights(np.zeros(61)))), (20.0, 0.0))
 
     assert np.abs(way[:, 1]).max() < 0.5
+
+
+def test_to_a_goal_beyond_the_known_heights_the_way_is_straight_over_average_ground() -> None:
+    """From each cell of the edge; where the way is unknown it is neither free nor without hills."""
+    prior = prior_of(bank())
+    plan = planner(prior)
+
+    plan_to(plan, (100.0, 0.0))
+
+    cells = np.array([500, 0]) - (edge_cells(CELLS) - CELLS // 2)
+    straight = (UNKNOWN + prior.outside) * np.hypot(*cells.T)
+    assert prior.outside > 0.1
+    np.testing.assert_allclose(plan.search.beyond, straight, rtol=1e-5)
+
+
+def test_costs_beyond_the_square_stay_within_the_queue() -> None:
+    """A cell of the edge that is deep in steep ground costs a bounded amount more than the best."""
+    lines = np.arange(-30, 31.0)
+    shape = np.repeat(np.minimum(lines, 0.0)[None, :], len(lines), axis=0)
+    plan = planner(prior_of(Heightfield(shape.astype(np.float32), 1.0)))
+
+    plan_to(plan, (20.0, 2.0))
+
+    beyond = plan.search.beyond
+    assert beyond.max() == pytest.approx(beyond.min() + 2 * UNKNOWN * CELLS, rel=1e-6)

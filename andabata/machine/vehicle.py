@@ -1,16 +1,18 @@
 """Interface of the vehicle, and the choice between its plants."""
 
+from importlib.util import find_spec
 from typing import Literal, Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.distribution import install_extra
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World
 
-Plant = Literal["bullet", "wheels", "kinematic"]
+Plant = Literal["bullet", "mujoco", "wheels", "kinematic"]
 """Names of the plants."""
 
 
@@ -46,26 +48,46 @@ class Vehicle(Protocol):
         """Release the resources of the plant."""
 
 
+def installed_plants() -> tuple[Plant, ...]:
+    """Return the names of the plants whose engine is installed."""
+    return tuple(plant for plant in get_args(Plant) if plant != "mujoco" or _has_mujoco())
+
+
+def _has_mujoco() -> bool:
+    """Return True if the extra ``mujoco`` is installed."""
+    return find_spec("mujoco") is not None
+
+
 def make_vehicle(
     plant: Plant, world: World, robot: RobotModel, rng: np.random.Generator
 ) -> Vehicle:
     """Return a plant.
 
     Args:
-        plant: Name of the plant: ``bullet``, rigid-body physics, the reference; ``wheels``, a rigid
-            body on ray-cast wheels, calibrated against it and far faster; or ``kinematic``,
-            terrain-following, the fastest.
+        plant: Name of the plant: ``bullet``, rigid-body physics, the reference; ``mujoco``, the
+            same body in another engine (extra ``mujoco``); ``wheels``, a rigid body on ray-cast
+            wheels, calibrated against bullet and far faster; or ``kinematic``, terrain-following,
+            the fastest.
         world: Ground and objects.
         robot: Parameters of the body.
         rng: Source of the kinematic plant's wheel slip.
 
     Raises:
-        ValueError: If the name is another.
+        ValueError: If the name is another, or the plant's engine is not installed.
     """
     if plant == "bullet":
         from andabata.machine.bullet_vehicle import BulletVehicle
 
         return BulletVehicle(world, robot)
+    if plant == "mujoco":
+        if not _has_mujoco():
+            raise ValueError(
+                "plant mujoco: expected the package mujoco, which is not installed; "
+                f"`{install_extra('mujoco')}` brings it"
+            )
+        from andabata.machine.mujoco_vehicle import MujocoVehicle
+
+        return MujocoVehicle(world, robot)
     if plant == "wheels":
         from andabata.machine.wheels.vehicle import WheelsVehicle
 

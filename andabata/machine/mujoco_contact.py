@@ -3,6 +3,11 @@
 MuJoCo's friction has two axes in the plane of a contact, and takes them from the map. A tyre slides
 more easily along its axle: before the forces are computed, each contact of a wheel is turned so
 that its first axis lies in the plane of the wheel and its second along the axle.
+
+A sliding contact of MuJoCo is pushed off the ground, the faster it slides the more (the price of a
+convex problem; Todorov 2014, "Convex and analytically-invertible dynamics with contacts and
+constraints"). Wheels of a skid-steer robot always slide: they hopped, and it turned at half its
+rate. The push rises with the rate at which friction takes slip away, so that this is slower here.
 """
 
 import numpy as np
@@ -31,10 +36,13 @@ def align_friction(
         frames: Normal and two tangents of each contact, row by row, changed in place, shape (n, 9).
         friction: Coefficients of each contact, along both tangents first, changed in place,
             shape (n, 5).
+        friction_times: MuJoCo's ``solreffriction``: time in which friction takes slip away [s] and
+            its damping ratio, changed in place, shape (n, 2).
         geoms: Numbers of the two shapes of each contact, shape (n, 2).
         axles: Unit vector of each wheel's axle in the map, shape (4, 3).
         wheel_of: Wheel of each shape, -1 for others, shape (number of shapes,).
         lateral_friction_ratio: Friction along the axle as a share of that along the wheel.
+        friction_time: Time in which friction takes slip away [s].
     """
     for k in range(len(frames)):
         wheel = max(wheel_of[geoms[k, 0]], wheel_of[geoms[k, 1]])

@@ -41,12 +41,18 @@ class MujocoConfig(BaseModel):
         step: Physics step [s].
         friction: Coulomb friction of tyres on soil along the wheel (assumption).
         lateral_friction_ratio: Friction along the axle as a share of that along the wheel: the
-            ratio of the axes of the friction ellipse.
+            ratio of the axes of the friction ellipse. Bullet's 0.5 is that of a rectangle; this one
+            turns the robot as bullet does, and holds it on the same slopes.
         body_friction: Coulomb friction of the body on ground and objects (assumption).
-        friction_impedance: Stiffness of friction as a multiple of that of the normal force: soft
-            friction lets a body creep down a slope on which it stands.
-        motor_gain: Torque of a wheel's motor per error of its speed, up to the robot's
-            ``wheel_torque`` [N m s/rad].
+        contact_time: Time in which a wheel's contact takes penetration away [s].
+        impedance: Share of a wheel's contact in what it takes to be rigid, MuJoCo's ``solimp``. A
+            stiffer one hops when it slides; this one sinks in by less than 1 mm.
+        friction_time: Time in which friction takes slip of a wheel away [s].
+        friction_impedance: Stiffness of friction as a multiple of that of the normal force,
+            MuJoCo's ``impratio``: soft friction lets a body creep down a slope on which it stands.
+        motor_time: Time in which a motor takes an error of its speed away [s]; two steps are the
+            least that MuJoCo allows.
+        motor_impedance: Share of a motor in what it takes to be rigid.
         armature: Inertia of a motor at its wheel [kg m2] (assumption).
         settle_time: Time for the body to come to rest after it is put down [s].
         collision_height: Height above the ground from which contact of a wheel with a solid object
@@ -58,13 +64,14 @@ class MujocoConfig(BaseModel):
 
     step: float = Field(default=0.005, gt=0, le=0.01)
     friction: float = Field(default=0.9, gt=0)
-    lateral_friction_ratio: float = Field(default=0.5, gt=0, le=1)
+    lateral_friction_ratio: float = Field(default=0.55, gt=0, le=1)
     body_friction: float = Field(default=0.4, ge=0)
-    friction_impedance: float = Field(default=100.0, gt=0)
-    friction_time: float = Field(default=0.1, gt=0)
     contact_time: float = Field(default=0.02, gt=0)
     impedance: float = Field(default=0.5, gt=0, lt=1)
-    motor_gain: float = Field(default=100.0, gt=0)
+    friction_time: float = Field(default=0.1, gt=0)
+    friction_impedance: float = Field(default=100.0, gt=0)
+    motor_time: float = Field(default=0.01, gt=0)
+    motor_impedance: float = Field(default=0.99, gt=0, lt=1)
     armature: float = Field(default=0.01, ge=0)
     settle_time: float = Field(default=0.5, ge=0)
     collision_height: float = Field(default=0.05, gt=0)
@@ -80,7 +87,8 @@ class MujocoModel:
         data: Its state.
         base: Number of the robot's body.
         wheels: Numbers of the wheels' joints, in the order of ``WHEELS``, shape (4,).
-        speeds: Places of the wheels' speeds in ``data.qvel``, shape (4,).
+        speeds: Places of the wheels' speeds in ``data.qvel``, shape (4,). Their motors are the
+            first constraints, in the same order.
         wheel_of: Wheel of each shape, -1 for others, shape (number of shapes,).
         is_solid: True for each shape of a solid object, shape (number of shapes,).
         is_walker: True for each shape of a walker, shape (number of shapes,).
@@ -116,7 +124,7 @@ def build_model(
     spec.add_hfield(name="ground", nrow=ny, ncol=nx, size=size, userdata=heights)
     spec.worldbody.add_geom(
         **{"type": mujoco.mjtGeom.mjGEOM_HFIELD, "hfieldname": "ground"},
-        **{"pos": [*place, low], "contype": 0, "conaffinity": _GROUND, "friction": [0.0] * 3},
+        **{"pos": [*place, low], "contype": 0, "conaffinity": _GROUND},
     )
     solids = [_add_solid(spec, each, k) for k, each in enumerate(_solids_near(world, middle))]
     walkers = [
@@ -152,7 +160,6 @@ def _robot(robot: RobotModel, config: MujocoConfig) -> mujoco.MjSpec:
     """Return the robot alone: its URDF with motors, friction and what its shapes meet."""
     spec = mujoco.MjSpec.from_string(robot.to_urdf())
     spec.compiler.fusestatic = False
-    # Explicit integration of the motors is unstable from small gains on.
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.timestep = config.step
@@ -162,26 +169,42 @@ def _robot(robot: RobotModel, config: MujocoConfig) -> mujoco.MjSpec:
     for geom in base.geoms:
         _let_meet(geom, _GROUND | _SOLID, config.body_friction)
     for name in WHEELS:
-        wheel = spec.body(name)
-        for geom in wheel.geoms:
-            _let_meet(geom, _SOLID, config.friction)
-            geom.solimp[:] = [config.impedance, config.impedance, 0.001, 0.5, 2.0]
-            geom.solref[:] = [config.contact_time, 1.0]
-        size = [robot.wheel_radius, 0.0, 0.0]
-        sphere = wheel.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, mass=0.0)
-        _let_meet(sphere, _GROUND, config.friction)
-        sphere.solimp[:] = [config.impedance, config.impedance, 0.001, 0.5, 2.0]
-        sphere.solref[:] = [config.contact_time, 1.0]
-        spec.joint(f"{name}_joint").armature = config.armature
-        motor = spec.add_actuator(name=name, target=f"{name}_joint")
-        motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
-        motor.set_to_velocity(kv=config.motor_gain)
-        motor.forcelimited, motor.forcerange = True, [-robot.wheel_torque, robot.wheel_torque]
+        _prepare_wheel(spec, name, robot, config)
     return spec
 
 
+def _prepare_wheel(spec: mujoco.MjSpec, name: str, robot: RobotModel, config: MujocoConfig) -> None:
+    """Give a wheel its sphere, its contacts and its motor.
+
+    MuJoCo's velocity actuators are springs of the speed, whose torque it knows before the contacts'
+    and which stall or shake the wheel. The dry friction of a joint is a torque up to a limit that
+    takes its speed away, found together with the contacts: of a speed less the commanded one it is
+    bullet's motor.
+    """
+    wheel = spec.body(name)
+    (cylinder,) = wheel.geoms
+    size = [robot.wheel_radius, 0.0, 0.0]
+    sphere = wheel.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, mass=0.0)
+    for geom, others in ((cylinder, _SOLID), (sphere, _GROUND)):
+        _let_meet(geom, others, config.friction)
+        geom.solref[:] = [config.contact_time, 1.0]
+        geom.solimp[:] = _constant(config.impedance)
+    joint = spec.joint(f"{name}_joint")
+    joint.armature, joint.frictionloss = config.armature, robot.wheel_torque
+    joint.solref_friction[:] = [config.motor_time, 1.0]
+    joint.solimp_friction[:] = _constant(config.motor_impedance)
+
+
+def _constant(impedance: float) -> list[float]:
+    """Return MuJoCo's ``solimp`` of an impedance that does not depend on the distance."""
+    return [impedance, impedance, 0.001, 0.5, 2.0]
+
+
 def _let_meet(geom: mujoco.MjsGeom, others: int, friction: float) -> None:
-    """Set what a shape of the robot meets, and its friction; the robot's own shapes never meet."""
+    """Set what a shape of the robot meets, and its friction; the robot's own shapes never meet.
+
+    Its friction is that of its contacts, whatever it meets.
+    """
     geom.contype, geom.conaffinity = others, 0
     geom.friction, geom.priority = [friction, 0.0, 0.0], 1
 
@@ -203,8 +226,8 @@ def _add_solid(spec: mujoco.MjSpec, solid: SceneObject, number: int) -> str:
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
     spec.worldbody.add_geom(
         **{"name": name, "type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name},
-        **{"contype": 0, "conaffinity": _SOLID, "friction": [0.0] * 3},
-        **{"margin": TOUCH_DISTANCE, "gap": TOUCH_DISTANCE},
+        **{"contype": 0, "conaffinity": _SOLID},
+        gap=TOUCH_DISTANCE,
     )
     return name
 
@@ -215,7 +238,7 @@ def _add_walker(spec: mujoco.MjSpec, radius: float, half: float, number: int) ->
     body = spec.worldbody.add_body(name=name, mocap=True)
     body.add_geom(
         **{"name": name, "type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": [radius, half, 0.0]},
-        **{"contype": 0, "conaffinity": _SOLID, "friction": [0.0] * 3},
-        **{"margin": TOUCH_DISTANCE, "gap": TOUCH_DISTANCE},
+        **{"contype": 0, "conaffinity": _SOLID},
+        gap=TOUCH_DISTANCE,
     )
     return name

@@ -1,7 +1,8 @@
 """Second judge: the reference's rigid body on four driven wheels, in MuJoCo (extra ``mujoco``).
 
-Two engines that share no line of code agree on what does not depend on an engine. Robot, friction,
-ground and objects are those of bullet; the solver, its contacts and its motors are MuJoCo's.
+What two engines without a line of code in common agree on does not depend on an engine. Robot,
+ground, objects and friction along a wheel are those of bullet; contacts and solver are MuJoCo's,
+and the friction of a wheel is an ellipse here and a rectangle there.
 """
 
 import math
@@ -32,6 +33,9 @@ _AROUND = 4.0
 _DROP = 0.02
 """Height above the ground at which the body is put down [m]."""
 
+_DAMPING = 1
+"""Column of ``data.efc_KBIP``: acceleration per error of a constraint's speed [1/s]."""
+
 
 class MujocoVehicle:
     """Rigid-body robot in a MuJoCo model of its own; deterministic."""
@@ -52,6 +56,7 @@ class MujocoVehicle:
         self._corners = corners * [robot.wheelbase, robot.track]
         self._middle: tuple[float, float] | None = None
         self._sim: MujocoModel
+        self._targets = np.zeros(4)
         self.place(Start(0.0, 0.0, 0.0))
 
     def _follow(self, x: float, y: float) -> None:
@@ -62,7 +67,7 @@ class MujocoVehicle:
         self._build(x, y)
         after = self._sim.data
         after.qpos[:], after.qvel[:] = before.qpos, before.qvel
-        after.ctrl[:], after.qacc_warmstart[:] = before.ctrl, before.qacc_warmstart
+        after.qacc_warmstart[:] = before.qacc_warmstart
         after.mocap_pos[:] = before.mocap_pos
 
     def _build(self, x: float, y: float) -> None:
@@ -83,7 +88,7 @@ class MujocoVehicle:
         up = Rotation.from_quat(turn).apply([0.0, 0.0, self._robot.wheel_radius + _DROP])
         data = self._sim.data
         mujoco.mj_resetData(self._sim.model, data)
-        data.qpos[:3] = up + [x, y, z]
+        data.qpos[:3] = np.add(up, [x, y, z])
         data.qpos[3:7] = turn[3], *turn[:3]
         data.mocap_pos[:] = BELOW
         self._ticks, self._tipped, self._work = 0, False, 0.0
@@ -101,8 +106,8 @@ class MujocoVehicle:
         if not (math.isfinite(wheels.left) and math.isfinite(wheels.right)):
             raise ValueError(f"wheels: expected finite speeds [rad/s], got {wheels}")
         self._follow(*self._sim.data.qpos[:2].tolist())
-        data, rows = self._sim.data, np.empty((ticks, 9))
-        data.ctrl[:] = wheels.left, wheels.left, wheels.right, wheels.right
+        rows = np.empty((ticks, 9))
+        self._targets = np.array([wheels.left, wheels.left, wheels.right, wheels.right])
         self._contact, upright, force = Contact.NONE, math.cos(self._config.tip_angle), 0.0
         for tick in range(ticks):
             if walkers is not None:
@@ -122,26 +127,41 @@ class MujocoVehicle:
         return rows
 
     def _step(self) -> None:
-        """Do one step of the physics: that of MuJoCo, with friction along the wheels."""
-        sim = self._sim
-        model, data = sim.model, sim.data
+        """Do one step of the physics: MuJoCo's own stages, with two corrections in between."""
+        model, data = self._sim.model, self._sim.data
         mujoco.mj_fwdKinematics(model, data)
         mujoco.mj_makeM(model, data)
         mujoco.mj_factorM(model, data)
         mujoco.mj_collision(model, data)
-        if data.ncon:
-            contacts, ratio = data.contact, self._config.lateral_friction_ratio
-            frames, friction, geoms = contacts.frame, contacts.friction, contacts.geom
-            axles = data.xaxis[sim.wheels]
-            align_friction(frames, friction, contacts.solreffriction, geoms, axles, sim.wheel_of, ratio, self._config.friction_time)
+        self._align_friction()
         mujoco.mj_makeConstraint(model, data)
         mujoco.mj_transmission(model, data)
         mujoco.mj_projectConstraint(model, data)
         mujoco.mj_fwdVelocity(model, data)
+        # Dry friction takes the speed of a wheel away: here what differs from the commanded one.
+        motors = slice(len(self._targets))
+        data.efc_aref[motors] += data.efc_KBIP[motors, _DAMPING] * self._targets
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         mujoco.mj_fwdConstraint(model, data)
         mujoco.mj_implicit(model, data)
+
+    def _align_friction(self) -> None:
+        """Turn the friction of all contacts of wheels along the wheels."""
+        sim, config = self._sim, self._config
+        if not sim.data.ncon:
+            return
+        contacts = sim.data.contact
+        align_friction(
+            contacts.frame,
+            contacts.friction,
+            contacts.solreffriction,
+            contacts.geom,
+            sim.data.xaxis[sim.wheels],
+            sim.wheel_of,
+            config.lateral_friction_ratio,
+            config.friction_time,
+        )
 
     def _plants(self) -> float:
         """Return the force of the plants that the body is in [N]."""
@@ -225,7 +245,7 @@ class MujocoVehicle:
     def _power(self) -> float:
         """Return the power of the motors [W]; they do not recuperate."""
         data = self._sim.data
-        power = data.qvel[self._sim.speeds] * data.actuator_force
+        power = data.qvel[self._sim.speeds] * data.efc_force[: len(self._targets)]
         return float(np.maximum(power, 0.0).sum())
 
     @property

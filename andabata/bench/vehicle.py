@@ -15,7 +15,7 @@ from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
-from andabata.machine.vehicle import Plant, Vehicle, make_vehicle
+from andabata.machine.vehicle import Plant, Vehicle, installed_plants, make_vehicle
 from andabata.machine.wheels.body import WheelsConfig
 from andabata.machine.wheels.vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
@@ -70,7 +70,9 @@ def bench_vehicle(
         "slopes": lambda: slopes(robot, make),
         "obstacles": lambda: obstacles(robot, make),
         "tipping": lambda: tipping(robot, _gripping(robot, plant, make)),
-        "plants": lambda: [compare_plants(robot, seed, fast) for fast in ("wheels", "kinematic")],
+        "plants": lambda: [
+            compare_plants(robot, seed, other) for other in installed_plants() if other != "bullet"
+        ],
         "ground": lambda: ground_drives(robot, seed),
     }
     measurements: Row = {}
@@ -102,7 +104,7 @@ def vehicle_tables(measurements: Row) -> list[tuple[str, list[Row]]]:
         ("slopes", measurements["slopes"]),
         ("10 s towards an obstacle 1.5 m ahead", obstacle_rows),
         ("tipping over", [measurements["tipping"]]),
-        ("fast plants against bullet", measurements["plants"]),
+        ("other plants against bullet", measurements["plants"]),
         ("10 s over ground 1.5 m ahead, in all plants", ground_table(measurements["ground"])),
     ]
 
@@ -112,6 +114,12 @@ def _gripping(robot: RobotModel, plant: Plant, make: VehicleMaker) -> VehicleMak
     if plant == "bullet":
         bullet = BulletConfig(friction=3.0, lateral_friction_ratio=1.0)
         return lambda world: BulletVehicle(world, robot, bullet)
+    if plant == "mujoco":
+        from andabata.machine.mujoco_model import MujocoConfig
+        from andabata.machine.mujoco_vehicle import MujocoVehicle
+
+        mujoco = MujocoConfig(friction=3.0, lateral_friction_ratio=1.0)
+        return lambda world: MujocoVehicle(world, robot, mujoco)
     if plant == "wheels":
         wheels = WheelsConfig(friction=3.0, lateral_friction_ratio=1.0)
         return lambda world: WheelsVehicle(world, robot, wheels)
@@ -280,7 +288,7 @@ def tipping(robot: RobotModel, make: VehicleMaker) -> Row:
 
 
 def compare_plants(robot: RobotModel, seed: int, plant: Plant) -> Row:
-    """Return how a fast plant differs from the reference under the same commands.
+    """Return how another plant differs from the reference under the same commands.
 
     Both drive 12 times for 10 s on the same rough ground. ``roll_rms_deg`` and ``pitch_rms_deg``
     compare their attitudes at the same places, ``yaw_rate_distance`` is the Kolmogorov-Smirnov
@@ -289,7 +297,7 @@ def compare_plants(robot: RobotModel, seed: int, plant: Plant) -> Row:
     Args:
         robot: Body to drive.
         seed: Seed of starts, commands and noise.
-        plant: Name of the fast plant.
+        plant: Name of the other plant.
     """
     world, rng = _rough(), np.random.default_rng(seed)
     reference, fast = BulletVehicle(world, robot), make_vehicle(plant, world, robot, rng)

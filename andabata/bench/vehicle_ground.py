@@ -1,18 +1,17 @@
-"""Drives of the three plants over what natural ground has: relief, kerbs, roots, stems and plants.
+"""Drives of all plants over what natural ground has: relief, kerbs, roots, stems and plants.
 
 Each plant drives straight on for ten seconds from the same place; the ends are compared.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import get_args
 
 import numpy as np
 
 from andabata.bench.table import Row
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.robot import RobotModel
-from andabata.machine.vehicle import Plant, make_vehicle
+from andabata.machine.vehicle import Plant, installed_plants, make_vehicle
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, box, rod
@@ -72,7 +71,7 @@ def ground_cases() -> Iterator[GroundCase]:
 
 
 def ground_drives(robot: RobotModel, seed: int) -> list[Row]:
-    """Return for each case how far each plant gets, whether it touches, and the motors' work.
+    """Return for each case how far each installed plant gets, whether it touches, and the work.
 
     Args:
         robot: Body to drive.
@@ -82,7 +81,7 @@ def ground_drives(robot: RobotModel, seed: int) -> list[Row]:
     for case in ground_cases():
         row: Row = {"ground": case.name, "size": case.size}
         work: Row = {}
-        for plant in get_args(Plant):
+        for plant in installed_plants():
             end, touched, joules = _drive(case.world, robot, plant, seed)
             row |= {f"{plant}_m": end, f"{plant}_contact": touched}
             if joules is not None:
@@ -97,7 +96,7 @@ def ground_table(rows: list[Row]) -> list[Row]:
     Args:
         rows: Result of ``ground_drives``.
     """
-    plants = get_args(Plant)
+    plants = [key.removesuffix("_m") for key in rows[0] if key.endswith("_m")] if rows else []
     table = []
     for row in rows:
         touching = [plant for plant in plants if row[f"{plant}_contact"]]

@@ -236,7 +236,9 @@ def localization(
 def vehicle(
     *,
     robot: Robot = "andabata",
-    plant: Annotated[str, typer.Option(help="Plant: bullet, wheels or kinematic.")] = "bullet",
+    plant: Annotated[
+        str, typer.Option(help="Plant: bullet, mujoco, wheels or kinematic.")
+    ] = "bullet",
     picture: Annotated[
         Path | None, typer.Option(help="Picture of turning and slopes to write, PNG.")
     ] = None,
@@ -245,12 +247,14 @@ def vehicle(
 ) -> None:
     """Measure a body in a plant: turning, slopes, obstacles, tipping over.
 
-    The fast plants are compared with bullet, whichever is measured; all three drive over relief,
-    kerbs, roots, stems and plants.
+    The other plants are compared with bullet, whichever is measured; all drive over relief,
+    kerbs, roots, stems and plants. The plant mujoco needs the extra of its name, and is left out
+    of the comparison without it.
 
     Examples:
         andabata bench vehicle
         andabata bench vehicle --plant wheels
+        andabata bench vehicle --plant mujoco --json
         andabata bench vehicle --robot husky --picture husky.png
         andabata bench vehicle --robot jackal --json
     """
@@ -282,7 +286,7 @@ def chain(
         str, typer.Option(help="policy+planner, policy, planner, reactive or another.")
     ] = "policy+planner",
     plants: Annotated[
-        str, typer.Option(help="Plants: kinematic, wheels, bullet.")
+        str, typer.Option(help="Plants: kinematic, wheels, bullet, mujoco.")
     ] = "kinematic,wheels,bullet",
     beams: Annotated[str, typer.Option(help="Beams of a sweep: 1081, 541, 271.")] = "1081,541",
     robots: Annotated[str, typer.Option(help="Numbers of robots in the world: 1, 4, 16.")] = "1",

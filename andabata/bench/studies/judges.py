@@ -176,13 +176,13 @@ def _judge_row(name: str, reference: list[OffroadAttempt], own: list[OffroadAtte
     pairs = list(zip(reference, own, strict=True))
     same = sum((a.outcome, a.contact) == (b.outcome, b.contact) for a, b in pairs)
     low, high = wilson_interval(same, len(pairs))
-    won = [np.array([each.is_success for each in one]) for one in (reference, own)]
-    difference = paired_difference(*won)
+    won, theirs = (np.array([each.is_success for each in one]) for one in (own, reference))
+    difference = paired_difference(theirs, won)
     both = [(a, b) for a, b in pairs if a.is_success and b.is_success]
     return {
         "judge": name,
         "drives": len(pairs),
-        "goals": int(won[1].sum()),
+        "goals": int(won.sum()),
         "goals less bullet's": difference.mean,
         "goals low": difference.low,
         "goals high": difference.high,

@@ -4,8 +4,10 @@ import pytest
 
 from andabata.bench.vehicle_ground import ground_cases, ground_drives, ground_table
 from andabata.machine.robot import RobotModel
+from andabata.machine.vehicle import installed_plants
 
-PLANTS = ("bullet", "wheels", "kinematic")
+PLANTS = installed_plants()
+MOTORS = tuple(plant for plant in PLANTS if plant != "kinematic")
 
 
 @pytest.fixture(scope="module")
@@ -14,11 +16,12 @@ def rows():
 
 
 def test_each_case_has_a_row_with_all_plants(rows):
-    """Ends and contacts of three, the work of two that have motors."""
+    """Ends and contacts of all, the work of those that have motors."""
     cases = list(ground_cases())
     assert [(row["ground"], row["size"]) for row in rows] == [(c.name, c.size) for c in cases]
     keys = {f"{plant}_{what}" for plant in PLANTS for what in ("m", "contact")}
-    assert all(set(row) == {"ground", "size", "bullet_J", "wheels_J"} | keys for row in rows)
+    keys |= {"ground", "size", *(f"{plant}_J" for plant in MOTORS)}
+    assert all(set(row) == keys for row in rows)
 
 
 def test_the_plants_agree(rows):
@@ -46,11 +49,12 @@ def test_each_kind_has_cases_of_both_outcomes(rows):
 
 def test_a_table_names_the_plants_that_touch():
     """All of them, some, or none; ends and work stay."""
-    ends = {f"{plant}_m": 1.0 + k for k, plant in enumerate(PLANTS)}
+    plants = ("bullet", "wheels", "kinematic")
+    ends = {f"{plant}_m": 1.0 + k for k, plant in enumerate(plants)}
     given = [
         {"ground": "a", "size": 1.0, **ends, "wheels_J": 5.0}
-        | {f"{plant}_contact": plant in touching for plant in PLANTS}
-        for touching in (PLANTS, ("bullet", "kinematic"), ())
+        | {f"{plant}_contact": plant in touching for plant in plants}
+        for touching in (plants, ("bullet", "kinematic"), ())
     ]
     found = ground_table(given)
     assert [row["contact"] for row in found] == ["all", "bullet, kinematic", "none"]

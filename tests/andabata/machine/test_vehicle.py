@@ -3,17 +3,19 @@
 import numpy as np
 import pytest
 
+from andabata.machine import vehicle as vehicle_module
 from andabata.machine.bullet_vehicle import BulletVehicle
 from andabata.machine.kinematic_vehicle import KinematicConfig, KinematicVehicle
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
-from andabata.machine.vehicle import make_vehicle
+from andabata.machine.vehicle import installed_plants, make_vehicle
 from andabata.machine.wheels.vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
 from terrain.generators import smooth_noise
 from terrain.objects import box, frustum
+from tests.support.plants import ALL_PLANTS
 from worlds.world import Start
 
 ROBOT = RobotModel()
@@ -29,7 +31,7 @@ def twist(vehicle, speed, rate, seconds):
     return vehicle.drive(KINEMATICS.wheel_speeds(speed, rate), round(seconds * 100))
 
 
-@pytest.fixture(params=["bullet", "wheels", "kinematic"])
+@pytest.fixture(params=ALL_PLANTS)
 def plant(request):
     return request.param
 
@@ -165,7 +167,9 @@ def test_speeds_that_are_no_numbers_are_refused(make_ground, plant, wheels):
 
 def test_an_unknown_plant_is_refused(make_ground):
     """A plant of another name is an error that lists the known ones."""
-    with pytest.raises(ValueError, match="expected one of bullet, wheels, kinematic, got 'hover'"):
+    with pytest.raises(
+        ValueError, match="expected one of bullet, mujoco, wheels, kinematic, got 'hover'"
+    ):
         make_vehicle("hover", make_ground(size=4.0), ROBOT, np.random.default_rng(0))
 
 
@@ -179,3 +183,14 @@ def test_time_starts_at_zero_and_advances_by_ticks(make_ground, plant):
     assert vehicle.state.stamp == 0.07
     np.testing.assert_allclose(vehicle.state.pose.position, rows[-1, :3])
     vehicle.close()
+
+
+def test_a_plant_whose_engine_is_missing_is_refused_and_left_out(make_ground, monkeypatch):
+    """The error names the command that installs it; comparisons go on with the others."""
+    monkeypatch.setattr(vehicle_module, "find_spec", lambda name: None)
+    assert installed_plants() == ("bullet", "wheels", "kinematic")
+    expected = r"expected the package mujoco, .* `pip install .*\[mujoco\].*` brings it"
+    with pytest.raises(ValueError, match=expected):
+        make_vehicle("mujoco", make_ground(size=4.0), ROBOT, np.random.default_rng(0))
+    monkeypatch.setattr(vehicle_module, "find_spec", lambda name: object())
+    assert installed_plants() == ("bullet", "mujoco", "wheels", "kinematic")

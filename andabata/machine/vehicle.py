@@ -82,8 +82,8 @@ def make_vehicle(
     if plant == "mujoco":
         if not _has_mujoco():
             raise ValueError(
-                "plant mujoco: expected the package mujoco, which is not installed; "
-                f"`{install_extra('mujoco')}` brings it"
+                "plant mujoco: expected the package mujoco, got none; install it with "
+                f"`{install_extra('mujoco')}`, or take bullet"
             )
         from andabata.machine.mujoco_vehicle import MujocoVehicle
 

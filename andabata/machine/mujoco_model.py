@@ -42,7 +42,8 @@ class MujocoConfig(BaseModel):
         friction: Coulomb friction of tyres on soil along the wheel (assumption).
         lateral_friction_ratio: Friction along the axle as a share of that along the wheel: the
             ratio of the axes of the friction ellipse. Bullet's 0.5 is that of a rectangle; this one
-            turns the robot as bullet does, and holds it on the same slopes.
+            turns the robot on flat ground as bullet does, and holds it on cross slopes of 26
+            degrees instead of 24.
         body_friction: Coulomb friction of the body on ground and objects (assumption).
         contact_time: Time in which a wheel's contact takes penetration away [s].
         impedance: Share of a wheel's contact in what it takes to be rigid, MuJoCo's ``solimp``. A

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.planar.mover_contact import Contact
@@ -98,6 +99,31 @@ def test_it_climbs_at_its_speed_and_its_motors_lift_its_weight(make_ground, angl
     assert np.linalg.norm(moved) / 4.0 == pytest.approx(0.3, rel=0.03)
     lifted = ROBOT.mass * 9.81 * moved[2]
     assert lifted < after.work - before.work < 1.15 * lifted
+
+
+def test_rolling_down_gives_no_work_back(make_ground):
+    """Motors that brake downhill do not recuperate."""
+    vehicle = MujocoVehicle(make_ground(slope(-10)), ROBOT)
+    vehicle.place(ORIGIN)
+    twist(vehicle, 0.3, 0.0, 2.0)
+    assert 0.0 <= vehicle.state.work < 5.0
+
+
+def test_the_velocity_is_that_of_base_footprint(make_ground):
+    """On a step, where the body pitches, it is the motion of the poses, tick by tick."""
+    vehicle = MujocoVehicle(make_ground(lambda x, y: np.where(x > 0.3, 0.08, 0.0)), ROBOT)
+    vehicle.place(ORIGIN)
+    place, errors, rates = vehicle.state.pose.position, [], []
+    for _ in range(150):
+        twist(vehicle, 0.3, 0.0, 0.01)
+        state = vehicle.state
+        turn = Rotation.from_quat(state.pose.quaternion)
+        moved = turn.inv().apply(state.pose.position - place) / 0.01
+        place = state.pose.position
+        errors.append(moved[0] - state.linear[0])
+        rates.append(state.angular[1])
+    assert np.sqrt(np.mean(np.square(rates))) > 0.2
+    assert np.sqrt(np.mean(np.square(errors))) < 0.006
 
 
 def test_motors_that_are_too_weak_stall(make_ground):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from andabata.assembly.navigator import NavigatorParts, make_navigator
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.assembly.warm_up import warm_up
 from andabata.localization.localizer import health_after
 from andabata.machine.fault_injector import FaultInjector
 from andabata.machine.pose import Pose
@@ -36,7 +37,7 @@ from andabata.ros.live_recording import LiveRecording
 from andabata.ros.navigator_output import NavigatorOutput, OutputForm
 from andabata.ros.path_goals import PathGoals
 from andabata.ros.sensor_inbox import SensorInbox
-from andabata.ros.startup import StartFinder, wait_for_transforms, warm_up
+from andabata.ros.startup import StartFinder, wait_for_transforms
 
 _TICK_NS = NS // 20
 """Half a control period [ns]: the relative cloud comes twice in one (paper, Table 3)."""

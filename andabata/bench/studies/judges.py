@@ -214,7 +214,7 @@ def _end(attempt: OffroadAttempt) -> str:
 
 
 def time_plants(plants: Sequence[Plant], turns: int, first: int) -> list[Row]:
-    """Return the time of a tick in each plant, and its ratio to bullet's in the same turn.
+    """Return the CPU time of a tick in each plant, and its ratio to bullet's in the same turn.
 
     Args:
         plants: Plants to time.
@@ -249,13 +249,13 @@ def time_plants(plants: Sequence[Plant], turns: int, first: int) -> list[Row]:
 
 
 def _time(vehicle: Vehicle, wheels: WheelSpeeds, start: Start) -> float:
-    """Return the mean time of a control period from a start on [s]."""
+    """Return the mean CPU time of a control period from a start on [s]; others use the machine."""
     vehicle.place(start)
     vehicle.drive(wheels, _PERIOD)
-    begin = time.perf_counter()
+    begin = time.process_time()
     for _ in range(_PERIODS):
         vehicle.drive(wheels, _PERIOD)
-    return (time.perf_counter() - begin) / _PERIODS
+    return (time.process_time() - begin) / _PERIODS
 
 
 def compare(comparison: JudgesComparison, folder: Path | None, workers: int) -> Row:

@@ -41,10 +41,10 @@ _STEP = 0.17
 """Change of the speed from an encoder row to the next that is a step [m/s]: wheels that obey a
 command or spin make some, too."""
 
-_UNFELT = (0.03, 0.4)
-"""Part of a step that the accelerometer did not feel, beyond which the robot has not followed: a
-number [m/s] and a share. Of 608 steps from 0.14 m/s on in 78 development drives the largest was
-0.097 of 0.3 m/s, else 0.06 m/s."""
+_UNFELT = 0.55
+"""Share of a step that the accelerometer did not feel, beyond which the robot has not followed. Of
+608 steps from 0.14 m/s on in 78 development drives the largest was 0.097 of 0.3 m/s, else 0.06
+m/s."""
 
 _BEFORE, _SOON, _SETTLED, _JUDGED = 0.2, 0.1, 0.2, 0.5
 """Times before a step from which the speed is compared, with and without its drift; times after it
@@ -227,4 +227,4 @@ def _unfelt_step(watch: Watch, stamp: float) -> float:
         # A number that is none compares as false.
         unfelt = both if both < unfelt else unfelt
         unfelt = unfelt if np.isfinite(change + drift) else -np.inf
-    return sign * unfelt if unfelt > _UNFELT[0] + _UNFELT[1] * abs(step) else 0.0
+    return sign * unfelt if unfelt > _UNFELT * abs(step) else 0.0

@@ -27,10 +27,10 @@ _MOST_IMPOSSIBLE = 0.05
 
 _STEP = 1.12
 """Ratio of ranges beyond which a beam to the ground is longer, or shorter, than before. The median
-of the beams differs by 1.065 at most in development drives, with errors common to a sweep of 2 cm,
-on rough ground."""
+of the beams differs by 1.065 at most in development drives on rough ground, with errors of 2 cm
+that are common to a sweep."""
 
-_LONGEST_GAP = 0.15
+_LONGEST_GAP = 0.25
 """Longest time between sweeps that are compared [s]."""
 
 _RETURN = 0.5
@@ -42,10 +42,10 @@ _USUAL_WEIGHT, _RECENT_WEIGHT = 0.01, 0.04
 _FAR_GROUND = 3.0
 """Ranges of beams to the ground count as this at most [m]."""
 
-_STAMP, _BEFORE, _USUAL, _RECENT, _CHANGE, _SINCE = range(6)
+_STAMP, _BEFORE, _USUAL, _RECENT, _CHANGE, _SINCE, _PENDING, _NUMBERS = range(8)
 """Numbers of a laser's memory: stamp of the last sweep [s]; mean distance of the ground in it,
 usual, and recent [m]; change of it by the step that is doubted [m], 0 without a doubt; stamp of the
-last sweep without one [s]."""
+last sweep without one [s]; sign of a step that waits for the next sweep; and their number."""
 
 
 @borrowing_kernel
@@ -80,7 +80,6 @@ def _compare(
     both, longer, shorter, total, count = 0, 0, 0, 0.0, 0
     for k in range(len(beams)):
         before, now = last[k], ranges[beams[k]]
-        last[k] = now
         if not np.isfinite(now):
             continue
         total += min(now, np.float32(_FAR_GROUND))
@@ -115,6 +114,29 @@ def _follow_ground(memory: NDArray[np.float64], step: int, mean: float) -> None:
 
 
 @borrowing_kernel
+def _take_sweep(
+    memory: NDArray[np.float64],
+    last: NDArray[np.float32],
+    beams: NDArray[np.int64],
+    stamp: float,
+    ranges: NDArray[np.float32],
+) -> None:
+    """Compare a sweep with the last one; a step counts if the next sweep confirms it."""
+    step, mean = _compare(ranges, last, beams)
+    if not 0.0 < stamp - memory[_STAMP] <= _LONGEST_GAP:
+        step = 0
+    pending, memory[_PENDING] = memory[_PENDING], step
+    if step != 0 and pending != step:
+        return  # The next one is compared with the sweep before the step, too.
+    memory[_PENDING], memory[_STAMP] = 0.0, stamp
+    for k in range(len(beams)):
+        last[k] = ranges[beams[k]]
+    _follow_ground(memory, step, mean)
+    if memory[_CHANGE] == 0.0:
+        memory[_SINCE] = stamp
+
+
+@borrowing_kernel
 def _examine(
     memory: NDArray[np.float64],
     last: NDArray[np.float32],
@@ -126,12 +148,7 @@ def _examine(
     if has_impossible(ranges, 0.0):
         return False
     for k in range(len(stamps)):
-        step, mean = _compare(ranges[k], last, beams)
-        is_next = 0.0 < stamps[k] - memory[_STAMP] <= _LONGEST_GAP
-        memory[_STAMP] = stamps[k]
-        _follow_ground(memory, step if is_next else 0, mean)
-        if memory[_CHANGE] == 0.0:
-            memory[_SINCE] = stamps[k]
+        _take_sweep(memory, last, beams, stamps[k], ranges[k])
     return True
 
 
@@ -152,7 +169,8 @@ class RangePlausibility:
         self._elevations: NDArray[np.float32] | None = None
         self._beams = np.empty(0, dtype=np.int64)
         self._last = np.empty(0, dtype=np.float32)
-        self._memory = np.array([-np.inf, np.nan, np.nan, np.nan, 0.0, 0.0])
+        self._memory = np.zeros(_NUMBERS)
+        self._memory[_STAMP], self._memory[_BEFORE] = -np.inf, np.nan
 
     def is_possible(self, sweeps: Sweeps) -> bool:
         """Take sweeps; return false if a laser cannot measure many of their numbers.

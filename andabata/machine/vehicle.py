@@ -1,17 +1,15 @@
 """Interface of the vehicle, and the choice between its plants."""
 
-from typing import Literal, Protocol, get_args
+from typing import Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.machine.plants import Plant, check_plant
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World
-
-Plant = Literal["bullet", "wheels", "kinematic"]
-"""Names of the plants."""
 
 
 class Vehicle(Protocol):
@@ -60,8 +58,10 @@ def make_vehicle(
         rng: Source of the kinematic plant's wheel slip.
 
     Raises:
+        PlantError: If it is ``bullet`` and pybullet is not installed.
         ValueError: If the name is another.
     """
+    check_plant(plant)
     if plant == "bullet":
         from andabata.machine.bullet_vehicle import BulletVehicle
 

@@ -5,7 +5,6 @@ import pytest
 from scipy.stats import ks_2samp
 
 from andabata.bench import vehicle
-from andabata.bench.studies.vehicle_rates import time_steps
 from andabata.bench.vehicle import (
     bench_vehicle,
     distribution_distance,
@@ -15,6 +14,7 @@ from andabata.bench.vehicle import (
 )
 from andabata.machine.robot import RobotModel
 from andabata.machine.vehicle import make_vehicle
+from tests.support.bullet import needs_bullet
 
 
 def test_the_distance_of_distributions_is_scipys():
@@ -45,7 +45,8 @@ def test_tyres_that_do_not_slide_tip_over_at_the_geometric_limit():
 
 
 def test_parts_are_run_in_their_order_and_counted(monkeypatch):
-    """Each part lands under its name."""
+    """Each part lands under its name; where bullet is, the fast plants are compared with it."""
+    monkeypatch.setattr(vehicle, "has_bullet", lambda: True)
     for name in ("turning", "slopes", "obstacles", "tipping"):
         monkeypatch.setattr(vehicle, name, lambda robot, make, name=name: name)
     monkeypatch.setattr(vehicle, "compare_plants", lambda robot, seed, plant: (plant, seed))
@@ -57,6 +58,8 @@ def test_parts_are_run_in_their_order_and_counted(monkeypatch):
     assert found["slopes"] == "slopes"
     assert found["plants"] == [("wheels", 7), ("kinematic", 7)]
     assert len(steps) == 6
+    monkeypatch.setattr(vehicle, "has_bullet", lambda: False)
+    assert bench_vehicle(RobotModel(), 7)["plants"] == []
 
 
 def test_obstacles_of_a_table_are_called_so():
@@ -75,8 +78,11 @@ def test_obstacles_of_a_table_are_called_so():
     assert tables["10 s over ground 1.5 m ahead, in all plants"] == []
 
 
+@needs_bullet
 def test_a_physics_step_has_a_row_with_its_turn_ratios(monkeypatch):
     """The ratio is achieved over commanded, whatever the sign of the command."""
+    from andabata.bench.studies.vehicle_rates import time_steps
+
     monkeypatch.setattr("andabata.bench.studies.vehicle_rates.STEPS", (0.01,))
     monkeypatch.setattr("andabata.bench.studies.vehicle_rates.RATES", (0.5, -0.5))
     monkeypatch.setattr("andabata.bench.studies.vehicle_rates.HEADINGS", (0.0,))

@@ -13,6 +13,7 @@ from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import box, rod
 from terrain.plants import root
+from tests.support.bullet import BULLET
 from worlds.drag import BODY_HEIGHT, RESISTANCE
 from worlds.fields import plain_world
 from worlds.kerbs import Strip, kerbstones, raised
@@ -35,7 +36,7 @@ def rough_world(seed):
     return replace(plain_world("rough", ground), truth=truth, base=smooth)
 
 
-@pytest.mark.parametrize("plant", ["bullet", "wheels", "kinematic"])
+@pytest.mark.parametrize("plant", [BULLET, "wheels", "kinematic"])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_what_wheels_roll_over_stops_no_plant(plant, seed):
     """In 24 s at 0.3 m/s the robot gets 5 m far, upright, and the true map calls its way free."""
@@ -95,7 +96,7 @@ def driven(world, plant, start):
     return end, touched
 
 
-PLANTS = pytest.mark.parametrize("plant", ["bullet", "wheels", "kinematic"])
+PLANTS = pytest.mark.parametrize("plant", [BULLET, "wheels", "kinematic"])
 
 
 @PLANTS
@@ -142,7 +143,7 @@ DRAG = RESISTANCE[SemanticClass.BUSH] * BODY_HEIGHT * ROBOT.width
 """Force of the bush on the robot [N]."""
 
 
-@pytest.mark.parametrize("plant", ["bullet", "wheels"])
+@pytest.mark.parametrize("plant", [BULLET, "wheels"])
 def test_plants_cost_their_force_times_the_way(plant):
     """On level ground the motors hold their speed, and do the work of the drag."""
     vehicle = make_vehicle(plant, bush_world(), ROBOT, np.random.default_rng(0))

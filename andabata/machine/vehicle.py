@@ -1,17 +1,15 @@
 """Interface of the vehicle, and the choice between its plants."""
 
-from typing import Literal, Protocol, get_args
+from typing import Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.machine.plants import Plant, check_plant
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World
-
-Plant = Literal["bullet", "wheels", "kinematic"]
-"""Names of the plants."""
 
 
 class Vehicle(Protocol):
@@ -52,20 +50,27 @@ def make_vehicle(
     """Return a plant.
 
     Args:
-        plant: Name of the plant: ``bullet``, rigid-body physics, the reference; ``wheels``, a rigid
-            body on ray-cast wheels, calibrated against it and far faster; or ``kinematic``,
-            terrain-following, the fastest.
+        plant: Name of the plant: ``bullet``, rigid-body physics, the reference; ``mujoco``, the
+            same body in another engine (extra ``mujoco``); ``wheels``, a rigid body on ray-cast
+            wheels, calibrated against bullet and far faster; or ``kinematic``, terrain-following,
+            the fastest.
         world: Ground and objects.
         robot: Parameters of the body.
         rng: Source of the kinematic plant's wheel slip.
 
     Raises:
+        PlantError: If its engine is not installed.
         ValueError: If the name is another.
     """
+    check_plant(plant)
     if plant == "bullet":
         from andabata.machine.bullet_vehicle import BulletVehicle
 
         return BulletVehicle(world, robot)
+    if plant == "mujoco":
+        from andabata.machine.mujoco_vehicle import MujocoVehicle
+
+        return MujocoVehicle(world, robot)
     if plant == "wheels":
         from andabata.machine.wheels.vehicle import WheelsVehicle
 

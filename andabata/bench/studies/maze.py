@@ -16,7 +16,7 @@ from typing import get_args
 
 from andabata.bench.table import Row, markdown_table
 from andabata.evaluation.statistics import wilson_interval
-from andabata.machine.vehicle import Plant
+from andabata.machine.plants import Plant
 from andabata.tasks.maze import MazeVectorEnv, is_planar
 from andabata.tasks.offroad import OffroadEnv, stage_config
 from rl.policy import load_policy, with_observations
@@ -43,7 +43,7 @@ def evaluate_in_mazes(
     Args:
         policy: File of the policy.
         episodes: Number of episodes, spread over 60 mazes.
-        plant: Name of the vehicle's plant: ``kinematic``, ``wheels`` or ``bullet``.
+        plant: Name of the vehicle's plant: ``kinematic``, ``wheels``, ``bullet`` or ``mujoco``.
         first_world: World seed of the first maze.
         stage: Name of the training stage whose sensors are simulated.
         sectors: Number of sectors of the virtual scan (paper: 32).

@@ -5,7 +5,6 @@ import pytest
 from scipy.stats import ks_2samp
 
 from andabata.bench import vehicle
-from andabata.bench.studies.vehicle_rates import time_steps
 from andabata.bench.vehicle import (
     bench_vehicle,
     distribution_distance,
@@ -13,8 +12,10 @@ from andabata.bench.vehicle import (
     measured_yaw_rate,
     vehicle_tables,
 )
+from andabata.machine.plants import available_plants
 from andabata.machine.robot import RobotModel
 from andabata.machine.vehicle import make_vehicle
+from tests.support.plants import MUJOCO, needs_bullet
 
 
 def test_the_distance_of_distributions_is_scipys():
@@ -26,9 +27,9 @@ def test_the_distance_of_distributions_is_scipys():
     assert distribution_distance(one, one) == 0.0
 
 
-@pytest.mark.parametrize("plant", ["wheels", "kinematic"])
+@pytest.mark.parametrize("plant", [MUJOCO, "wheels", "kinematic"])
 @pytest.mark.parametrize("rate", [0.3, -0.5])
-def test_fast_plants_turn_at_the_commanded_rate_on_flat_ground(plant, rate):
+def test_other_plants_turn_at_the_commanded_rate_on_flat_ground(plant, rate):
     """The measured yaw rate has the command's sign and nearly its size."""
     robot = RobotModel()
     made = make_vehicle(plant, flat_world(), robot, np.random.default_rng(0))
@@ -45,7 +46,8 @@ def test_tyres_that_do_not_slide_tip_over_at_the_geometric_limit():
 
 
 def test_parts_are_run_in_their_order_and_counted(monkeypatch):
-    """Each part lands under its name."""
+    """Each part lands under its name; where bullet is, the fast plants are compared with it."""
+    monkeypatch.setattr(vehicle, "has_bullet", lambda: True)
     for name in ("turning", "slopes", "obstacles", "tipping"):
         monkeypatch.setattr(vehicle, name, lambda robot, make, name=name: name)
     monkeypatch.setattr(vehicle, "compare_plants", lambda robot, seed, plant: (plant, seed))
@@ -55,8 +57,10 @@ def test_parts_are_run_in_their_order_and_counted(monkeypatch):
     assert list(found) == ["turning", "slopes", "obstacles", "tipping", "plants", "ground"]
     assert found["ground"] == [7]
     assert found["slopes"] == "slopes"
-    assert found["plants"] == [("wheels", 7), ("kinematic", 7)]
+    assert found["plants"] == [(plant, 7) for plant in available_plants() if plant != "bullet"]
     assert len(steps) == 6
+    monkeypatch.setattr(vehicle, "has_bullet", lambda: False)
+    assert bench_vehicle(RobotModel(), 7)["plants"] == []
 
 
 def test_obstacles_of_a_table_are_called_so():
@@ -71,12 +75,15 @@ def test_obstacles_of_a_table_are_called_so():
         "contact",
     ]
     assert tables["tipping over"] == [{"a": 1}]
-    assert tables["fast plants against bullet"] == [{"b": 2}]
+    assert tables["other plants against bullet"] == [{"b": 2}]
     assert tables["10 s over ground 1.5 m ahead, in all plants"] == []
 
 
+@needs_bullet
 def test_a_physics_step_has_a_row_with_its_turn_ratios(monkeypatch):
     """The ratio is achieved over commanded, whatever the sign of the command."""
+    from andabata.bench.studies.vehicle_rates import time_steps
+
     monkeypatch.setattr("andabata.bench.studies.vehicle_rates.STEPS", (0.01,))
     monkeypatch.setattr("andabata.bench.studies.vehicle_rates.RATES", (0.5, -0.5))
     monkeypatch.setattr("andabata.bench.studies.vehicle_rates.HEADINGS", (0.0,))

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from andabata.machine.bullet_vehicle import BulletVehicle
 from andabata.machine.kinematic_vehicle import KinematicConfig, KinematicVehicle
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
@@ -14,6 +13,7 @@ from andabata.machine.wheels.vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
 from terrain.generators import smooth_noise
 from terrain.objects import box, frustum
+from tests.support.plants import ALL_PLANTS, needs_bullet
 from worlds.world import Start
 
 ROBOT = RobotModel()
@@ -29,7 +29,7 @@ def twist(vehicle, speed, rate, seconds):
     return vehicle.drive(KINEMATICS.wheel_speeds(speed, rate), round(seconds * 100))
 
 
-@pytest.fixture(params=["bullet", "wheels", "kinematic"])
+@pytest.fixture(params=ALL_PLANTS)
 def plant(request):
     return request.param
 
@@ -53,7 +53,7 @@ STARTS = tuple(Start(0.0, -2.0, yaw) for yaw in (0.3, 2.0, -1.2))
 @pytest.fixture(scope="module")
 def reference(rough):
     """Return the rows of three drives in the reference plant, five seconds at each yaw rate."""
-    vehicle, drives = BulletVehicle(rough, ROBOT), []
+    vehicle, drives = make_vehicle("bullet", rough, ROBOT, np.random.default_rng(0)), []
     for start in STARTS:
         vehicle.place(start)
         drives.append([twist(vehicle, 0.3, rate, 5.0) for rate in RATES])
@@ -61,6 +61,7 @@ def reference(rough):
     return drives
 
 
+@needs_bullet
 @pytest.mark.parametrize(("name", "most_tilt"), [("wheels", 1.2), ("kinematic", 2.0)])
 def test_fast_plants_are_calibrated_against_the_reference(rough, reference, name, most_tilt):
     """Stated difference on rough ground: degrees of tilt (rms), 5 % of speed and of turn."""
@@ -165,7 +166,9 @@ def test_speeds_that_are_no_numbers_are_refused(make_ground, plant, wheels):
 
 def test_an_unknown_plant_is_refused(make_ground):
     """A plant of another name is an error that lists the known ones."""
-    with pytest.raises(ValueError, match="expected one of bullet, wheels, kinematic, got 'hover'"):
+    with pytest.raises(
+        ValueError, match="expected one of bullet, mujoco, wheels, kinematic, got 'hover'"
+    ):
         make_vehicle("hover", make_ground(size=4.0), ROBOT, np.random.default_rng(0))
 
 

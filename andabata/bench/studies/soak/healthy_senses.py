@@ -15,8 +15,8 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.bench.studies.soak.outcome import Outcome, Tally
 from andabata.localization.estimator_status import without_numbers
+from andabata.machine.plants import Plant
 from andabata.machine.reality import LEVELS, level
-from andabata.machine.vehicle import Plant
 from andabata.models import Models
 from worlds.scenes import SceneCache
 from worlds.splits import evaluation_world

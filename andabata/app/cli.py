@@ -144,12 +144,13 @@ def _code(error: Exception) -> int:
     from andabata.configuration.settings import SettingsError
     from andabata.configuration.usage import UsageError
     from andabata.machine.lidar_models import UnknownSensorError
+    from andabata.machine.plants import PlantError
     from worlds.catalogue import UnknownWorldError
     from worlds.goals import GoalError
     from worlds.rooms.catalogue import UnknownRoomError
     from worlds.splits import JudgingSeedError
 
-    usage = SettingsError | UsageError | GoalError | JudgingSeedError
+    usage = SettingsError | UsageError | GoalError | JudgingSeedError | PlantError
     unknown = UnknownWorldError | UnknownRoomError | UnknownSensorError
     return USAGE if isinstance(error, usage | unknown) else FAILED
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from andabata.app.console import Console
+from andabata.app.driven_plant import announce_plant
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
@@ -121,8 +122,10 @@ def run_robot(
         console: Console that shows the progress.
 
     Raises:
+        PlantError: If the robot's plant is not installed.
         RosError: If ROS is not installed or there is no graph to join.
     """
+    announce_plant(config.plant, console)
     scene = SceneCache(1).get(world, evaluation_world(seed, 0))
     # The robot may wait for its navigator without being stuck.
     rules = TerminationConfig(time_limit=seconds, stuck_time=max(seconds, 20.0))

@@ -9,11 +9,11 @@ from andabata.assembly.navigator import NavigatorConfig, make_navigator
 from andabata.machine.fault_injector import FaultInjector
 from andabata.machine.faults import FaultSetting
 from andabata.machine.geo_reference import GeoReference
+from andabata.machine.plants import Plant, default_plant
 from andabata.machine.pose import Pose
 from andabata.machine.reality import Reality
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.machine.simulator import Simulator, reseed
-from andabata.machine.vehicle import Plant
 from andabata.models import Models
 from andabata.navigation.controller import Steering
 from andabata.navigation.perception import CloudPerception
@@ -28,14 +28,15 @@ class SimulatedRobotConfig(NavigatorConfig):
     Attributes:
         plant: Name of the plant: ``bullet``, that of all published results; ``mujoco``, another
             engine to judge with (extra ``mujoco``); ``wheels``, close to bullet and fast, for
-            development; or ``kinematic``, for training.
+            development, and the default where pybullet is not installed; or ``kinematic``, for
+            training.
         reality: Differences between the simulated robot and the one that the navigator believes.
         faults: Faults of the senses in each drive, such as ``gnss:stuck@20``; see
             ``andabata.machine.faults``. In a replay they are added to what was recorded; a live
             navigator has none.
     """
 
-    plant: Plant = "bullet"
+    plant: Plant = Field(default_factory=default_plant)
     reality: Reality = Field(default_factory=Reality)
     faults: tuple[FaultSetting, ...] = ()
 

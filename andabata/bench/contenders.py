@@ -8,6 +8,7 @@ import numpy as np
 
 from andabata.bench.speed_peers import Work
 from andabata.bench.table import Row, benchmark_row
+from andabata.machine.plants import bullet_step
 
 OURS = "andabata"
 """Name of this project in the tables."""
@@ -60,7 +61,8 @@ def run_case(case: Case, runs: int, seconds: float, status: Callable[[str], None
         try:
             work = contender.make()
         except ImportError as error:
-            status(f"{contender.subject}: left out, {error.name} is not installed (extra `peers`)")
+            way = bullet_step() if error.name == "pybullet" else "extra `peers`"
+            status(f"{contender.subject}: left out, {error.name} is not installed ({way})")
             continue
         work()  # Compiled code is compiled, caches are warm.
         works.append((contender, work))

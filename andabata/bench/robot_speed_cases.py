@@ -14,6 +14,7 @@ from andabata.bench.contenders import OURS, Case, Contender
 from andabata.bench.speed_peers import Work
 from andabata.machine.clock import CONTROL_PERIOD
 from andabata.machine.lidar import LidarConfig
+from andabata.machine.plants import available_plants
 from andabata.models import shipped_policy
 from andabata.tasks.maze import MazeVectorEnv
 from andabata.tasks.offroad import OffroadConfig, stage_config
@@ -29,8 +30,8 @@ _LOOP_STEPS = 300
 
 
 def loop_cases(scene: Scene, seed: int) -> Iterator[Case]:
-    """Yield the whole control loop, from plant to policy, for all plants."""
-    for plant in ("kinematic", "wheels", "bullet"):
+    """Yield the whole control loop, from plant to policy, for all plants here."""
+    for plant in reversed(available_plants()):
         yield Case(
             f"whole loop, {plant}",
             "robot-seconds/s",

@@ -18,7 +18,6 @@ from andabata.bench.perception_peers import quiet
 from andabata.localization.filter_state import STATES
 from terrain.classes import SemanticClass
 from traversability.forest import Forest
-from worlds.bodies import build_bodies
 from worlds.world import World
 
 Rays = NDArray[np.float32]
@@ -39,7 +38,8 @@ def embree_rays(world: World, rays: Rays) -> Work:
 
 def pybullet_rays(world: World, rays: Rays) -> Work:
     """Return pybullet's batches of rays, in its own scene of ground and solids."""
-    import pybullet
+    from worlds.bodies import build_bodies
+    from worlds.quiet_pybullet import pybullet
 
     client = pybullet.connect(pybullet.DIRECT)
     build_bodies(world, client)

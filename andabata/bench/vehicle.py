@@ -10,12 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from andabata.bench.table import Row
 from andabata.bench.vehicle_ground import ground_drives, ground_table
-from andabata.machine.bullet_vehicle import BulletConfig, BulletVehicle
 from andabata.machine.kinematics import SkidSteer
+from andabata.machine.plants import Plant, available_plants, default_plant, has_bullet
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
-from andabata.machine.vehicle import Plant, Vehicle, installed_plants, make_vehicle
+from andabata.machine.vehicle import Vehicle, make_vehicle
 from andabata.machine.wheels.body import WheelsConfig
 from andabata.machine.wheels.vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
@@ -51,7 +51,7 @@ def bench_vehicle(
     robot: RobotModel,
     seed: int,
     step: Callable[[], None] | None = None,
-    plant: Plant = "bullet",
+    plant: Plant | None = None,
 ) -> Row:
     """Return all measurements of a body, ready for JSON.
 
@@ -59,8 +59,11 @@ def bench_vehicle(
         robot: Body to drive.
         seed: Seed of the kinematic plant's slip, and of the comparison of the plants.
         step: Function that is called after each of the six parts.
-        plant: Plant to measure it in.
+        plant: Plant to measure it in; None for ``default_plant()``.
     """
+    plant = default_plant() if plant is None else plant
+    # They are compared with the reference, where it is.
+    others = [name for name in available_plants() if name != "bullet"] if has_bullet() else []
 
     def make(world: World) -> Vehicle:
         return make_vehicle(plant, world, robot, np.random.default_rng(seed))
@@ -70,9 +73,7 @@ def bench_vehicle(
         "slopes": lambda: slopes(robot, make),
         "obstacles": lambda: obstacles(robot, make),
         "tipping": lambda: tipping(robot, _gripping(robot, plant, make)),
-        "plants": lambda: [
-            compare_plants(robot, seed, other) for other in installed_plants() if other != "bullet"
-        ],
+        "plants": lambda: [compare_plants(robot, seed, each) for each in others],
         "ground": lambda: ground_drives(robot, seed),
     }
     measurements: Row = {}
@@ -112,6 +113,8 @@ def vehicle_tables(measurements: Row) -> list[tuple[str, list[Row]]]:
 def _gripping(robot: RobotModel, plant: Plant, make: VehicleMaker) -> VehicleMaker:
     """Return a maker of the body on tyres that do not slide; the kinematic plant has none."""
     if plant == "bullet":
+        from andabata.machine.bullet_vehicle import BulletConfig, BulletVehicle
+
         bullet = BulletConfig(friction=3.0, lateral_friction_ratio=1.0)
         return lambda world: BulletVehicle(world, robot, bullet)
     if plant == "mujoco":
@@ -298,9 +301,13 @@ def compare_plants(robot: RobotModel, seed: int, plant: Plant) -> Row:
         robot: Body to drive.
         seed: Seed of starts, commands and noise.
         plant: Name of the other plant.
+
+    Raises:
+        PlantError: If pybullet is not installed.
     """
     world, rng = _rough(), np.random.default_rng(seed)
-    reference, fast = BulletVehicle(world, robot), make_vehicle(plant, world, robot, rng)
+    reference = make_vehicle("bullet", world, robot, rng)
+    fast = make_vehicle(plant, world, robot, rng)
     tilts: list[NDArray[np.float64]] = []
     rates: tuple[list[NDArray[np.float64]], ...] = ([], [])
     apart: list[float] = []

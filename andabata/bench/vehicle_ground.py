@@ -5,13 +5,15 @@ Each plant drives straight on for ten seconds from the same place; the ends are 
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
 from andabata.bench.table import Row
 from andabata.machine.kinematics import SkidSteer
+from andabata.machine.plants import Plant, available_plants
 from andabata.machine.robot import RobotModel
-from andabata.machine.vehicle import Plant, installed_plants, make_vehicle
+from andabata.machine.vehicle import make_vehicle
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, box, rod
@@ -73,6 +75,8 @@ def ground_cases() -> Iterator[GroundCase]:
 def ground_drives(robot: RobotModel, seed: int) -> list[Row]:
     """Return for each case how far each installed plant gets, whether it touches, and the work.
 
+    Plants that are not installed are left out.
+
     Args:
         robot: Body to drive.
         seed: Seed of the kinematic plant's slip.
@@ -81,7 +85,7 @@ def ground_drives(robot: RobotModel, seed: int) -> list[Row]:
     for case in ground_cases():
         row: Row = {"ground": case.name, "size": case.size}
         work: Row = {}
-        for plant in installed_plants():
+        for plant in available_plants():
             end, touched, joules = _drive(case.world, robot, plant, seed)
             row |= {f"{plant}_m": end, f"{plant}_contact": touched}
             if joules is not None:
@@ -96,9 +100,9 @@ def ground_table(rows: list[Row]) -> list[Row]:
     Args:
         rows: Result of ``ground_drives``.
     """
-    plants = [key.removesuffix("_m") for key in rows[0] if key.endswith("_m")] if rows else []
     table = []
     for row in rows:
+        plants = [plant for plant in get_args(Plant) if f"{plant}_m" in row]
         touching = [plant for plant in plants if row[f"{plant}_contact"]]
         short: Row = {"ground": row["ground"], "size": row["size"]}
         short |= {f"{plant}_m": row[f"{plant}_m"] for plant in plants}

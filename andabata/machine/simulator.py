@@ -13,12 +13,13 @@ from andabata.machine.clock import TICK_HZ, TICKS_PER_STEP
 from andabata.machine.drivetrain import Drivetrain
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.lidar import HorizontalScanner, LidarConfig, RotatingLidar
+from andabata.machine.plants import Plant
 from andabata.machine.pose import PoseTrack
 from andabata.machine.proprioception import Proprioception, ProprioceptionConfig
 from andabata.machine.reality import AS_BELIEVED, TrueConstants
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import SensorReadings, Sweeps, VehicleState, WheelSpeeds
-from andabata.machine.vehicle import Plant, make_vehicle
+from andabata.machine.vehicle import make_vehicle
 from traversability.cloud import PointCloud
 from traversability.grid import PolarGrid
 from worlds.rays.scene import RayScene

@@ -1,19 +1,15 @@
 """Interface of the vehicle, and the choice between its plants."""
 
-from importlib.util import find_spec
-from typing import Literal, Protocol, get_args
+from typing import Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.distribution import install_extra
+from andabata.machine.plants import Plant, check_plant
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from worlds.walking import WalkerTrack
 from worlds.world import Start, World
-
-Plant = Literal["bullet", "mujoco", "wheels", "kinematic"]
-"""Names of the plants."""
 
 
 class Vehicle(Protocol):
@@ -48,16 +44,6 @@ class Vehicle(Protocol):
         """Release the resources of the plant."""
 
 
-def installed_plants() -> tuple[Plant, ...]:
-    """Return the names of the plants whose engine is installed."""
-    return tuple(plant for plant in get_args(Plant) if plant != "mujoco" or _has_mujoco())
-
-
-def _has_mujoco() -> bool:
-    """Return True if the extra ``mujoco`` is installed."""
-    return find_spec("mujoco") is not None
-
-
 def make_vehicle(
     plant: Plant, world: World, robot: RobotModel, rng: np.random.Generator
 ) -> Vehicle:
@@ -73,18 +59,15 @@ def make_vehicle(
         rng: Source of the kinematic plant's wheel slip.
 
     Raises:
-        ValueError: If the name is another, or the plant's engine is not installed.
+        PlantError: If its engine is not installed.
+        ValueError: If the name is another.
     """
+    check_plant(plant)
     if plant == "bullet":
         from andabata.machine.bullet_vehicle import BulletVehicle
 
         return BulletVehicle(world, robot)
     if plant == "mujoco":
-        if not _has_mujoco():
-            raise ValueError(
-                "plant mujoco: expected the package mujoco, got none; install it with "
-                f"`{install_extra('mujoco')}`, or take bullet"
-            )
         from andabata.machine.mujoco_vehicle import MujocoVehicle
 
         return MujocoVehicle(world, robot)

@@ -15,6 +15,7 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.engine_processes import run_tasks
 from andabata.evaluation.trial import OffroadAttempt, run_trial
+from andabata.machine.plants import default_plant
 from andabata.machine.pose import Pose
 from andabata.models import Models
 from andabata.navigation.navigator import StepResult
@@ -73,7 +74,8 @@ _WORLDS_TEXT = "The first world of each family that is kept for validation."
 _SCANS_TEXT = "The first virtual scan of a test drive, in blue, on the true map."
 
 _TESTS_TEXT = (
-    "The policy at the end of each stage, in bullet with the whole chain, without exploration. "
+    f"The policy at the end of each stage, in {default_plant()} with the whole chain, without "
+    "exploration. "
     "Dots are starts, stars goals; a cross is where a drive failed."
 )
 
@@ -110,7 +112,8 @@ def report_training(folders: Sequence[Path], options: ReportOptions) -> tuple[Pa
 def _offroad_sections(runs: Sequence[TrainingRun], options: ReportOptions) -> TrainingSections:
     """Return the sections on off-road runs of one plan.
 
-    Each stage's policy drives in the first world of validation, in bullet and with the whole chain.
+    Each stage's policy drives in the first world of validation, in the default plant and with the
+    whole chain.
     """
     models = options.models()
     check_alike(runs, models)
@@ -171,7 +174,7 @@ def _world(stage: StagePlan) -> World:
 
 
 def _test_robot(environment: OffroadConfig) -> SimulatedRobotConfig:
-    """Return a stage's robot for the tests: in bullet, with the sensors of the real robot."""
+    """Return a stage's robot for the tests: the default plant and the real robot's sensors."""
     simulated_robot, tested = environment.simulated_robot, SimulatedRobotConfig()
     readings = tested.sensing.proprioception
     sensing = simulated_robot.sensing.model_copy(update={"proprioception": readings})

@@ -1,12 +1,16 @@
 """Collision bodies: ground at its height, solid objects only, in meshes of bounded size."""
 
-import pybullet
 import pytest
+
+from tests.support.plants import module_needs_bullet
+
+module_needs_bullet()
 
 from terrain.classes import SemanticClass
 from terrain.objects import box
 from worlds import bodies as bodies_module
 from worlds.bodies import build_bodies
+from worlds.quiet_pybullet import pybullet
 
 
 @pytest.fixture

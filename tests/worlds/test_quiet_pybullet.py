@@ -6,6 +6,10 @@ import sys
 
 import pytest
 
+from tests.support.plants import module_needs_bullet
+
+module_needs_bullet()
+
 from worlds.quiet_pybullet import without_lines
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from andabata.app.doctor.import_guard import check_origins, other_claims
 from andabata.distribution import install_browser, install_extra, install_ros
+from andabata.machine.plants import bullet_step, default_plant, has_bullet, is_published
 from andabata.ros.ros1_graph import DEBIAN
 from andabata.runs.folder import commit
 
@@ -24,7 +25,7 @@ MODULES = (
     "rosbags",
     "mcap",
 )
-"""Packages that every installation needs."""
+"""Packages that every installation needs, but for pybullet, which newer Pythons have none of."""
 
 EXTRAS = {
     "laspy": "extra las",
@@ -73,6 +74,9 @@ def check_installation() -> dict[str, Any]:
     state: dict[str, Any] = {"python": platform.python_version(), "commit": commit()}
     state["origins"] = check_origins()
     state["modules"] = {name: version(name) for name in MODULES}
+    if not has_bullet() and not is_published():
+        state["modules"]["pybullet"] = f"not installed, optional ({bullet_step()})"
+    state["plant"] = default_plant()
     state["extras"] = {name: _is_installed(name) for name in EXTRAS}
     claims = other_claims()
     state["claims"] = [claim.as_dict() | {"text": claim.text} for claim in claims]
@@ -140,6 +144,7 @@ def installation_text(state: dict[str, Any]) -> str:
     for name, way in EXTRAS.items():
         installed = state["extras"][name]
         lines.append(f"{name:12} {'here' if installed else _missing(way)}")
+    lines.append(f"plant of a robot without another one: {state['plant']}")
     home = Path(state["origins"]["andabata"]).parent
     lines.append(f"packages lie beside each other in {home}")
     lines += [claim["text"] for claim in state["claims"]]

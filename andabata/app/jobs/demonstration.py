@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.app.console import Console
+from andabata.app.driven_plant import announce_plant
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.settings import resolve, with_parts
 from andabata.datasets.generate import generate_dataset
@@ -189,6 +190,7 @@ class Demonstration:
     def _drive(self) -> Driven:
         """Drive the shipped policy through a natural world that is used for no training."""
         config, limit = with_parts(SimulatedRobotConfig, self._sensor), self._config.time_limit
+        announce_plant(config.plant, self._console)
         with self._console.progress("simulated seconds", None) as step:
             driven = drive_once(
                 _WORLD, self._seed, "policy+planner", config, on_second=step, time_limit=limit
@@ -203,7 +205,7 @@ class Demonstration:
         caption = "The driven path and the oracle's, on the true map"
         self._add(
             "A drive",
-            driven.title + ", in bullet, with the shipped forest and policy.",
+            f"{driven.title}, in {config.plant}, with the shipped forest and policy.",
             Plot(figure, "path", caption, drawn=True, light=True),
             Table(self._figures["drive"]["attempts"], ATTEMPT_COLUMNS, every="All columns"),
             Plot(world_figure(driven.world), "world", "The world"),

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from andabata.app.console import Console
+from andabata.app.driven_plant import announce_plant
 from andabata.app.tables import drive_text
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.drive import Recording, drive_once
@@ -63,9 +64,11 @@ def run_drive(
     Raises:
         BagError: If the recording cannot be begun.
         GoalError: If no safe path leads to a goal.
+        PlantError: If the robot's plant is not installed.
         RunLockError: If another command writes the folder.
         ViewerError: If the live view lacks its package.
     """
+    announce_plant(config.plant, console)
     clips: list[ClipRecorder] = []
     with ExitStack() as stack:
         # Locked before anything is driven: a second command would be refused after minutes else.

@@ -8,12 +8,14 @@ from typing import Any
 from pydantic import BaseModel
 
 from andabata.app.console import Console
+from andabata.app.driven_plant import announce_plant
 from andabata.app.options.release import ReleaseOptions
 from andabata.configuration.usage import UsageError
 from andabata.engine import Engine
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.comparison import Comparison, run_comparison
 from andabata.evaluation.ledger import JudgingRun
+from andabata.machine.plants import Plant
 from andabata.report.run_folders import EVALUATION
 from andabata.runs import atomic_io
 from andabata.runs.folder import describe, make_folder, write_json
@@ -37,6 +39,7 @@ class Evaluation:
         about: Entries of ``run.json`` beside the settings, ready for JSON.
         files: Bytes of files that the folder keeps beside the result, by their paths in it.
         judging: Place in the ledger of a table that judges a release, None for one that develops.
+        plant: Plant of the robots, None where they have another kind of vehicle.
     """
 
     verb: str
@@ -47,6 +50,7 @@ class Evaluation:
     about: Mapping[str, Any]
     files: Mapping[str, bytes] = field(default_factory=dict)
     judging: JudgingRun | None = None
+    plant: Plant | None = None
 
 
 def judged(options: ReleaseOptions, table: str, seeds: str, has_folder: bool) -> JudgingRun | None:
@@ -83,9 +87,12 @@ def run_evaluation(
         console: Console that shows the progress.
 
     Raises:
+        PlantError: If the robots' plant is not installed.
         ValueError: If the journal is that of another evaluation, or a drive is refused.
         LedgerError: If the table has judged this release already.
     """
+    if evaluation.plant is not None:
+        announce_plant(evaluation.plant, console)
     made, comparison = make_folder(folder) if folder else None, evaluation.comparison
     # In the ledger before the first drive: what was looked at cannot be looked at afresh.
     judging = None if evaluation.judging is None else evaluation.judging.begin(made)

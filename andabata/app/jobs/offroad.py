@@ -12,6 +12,7 @@ from andabata.app.options.evaluation import (
 from andabata.app.options.release import ReleaseOptions, refuse_beside_release
 from andabata.app.options.shared import RobotOptions
 from andabata.app.run_kinds import OFFROAD, EvaluationRequest
+from andabata.configuration.usage import UsageError
 from andabata.engine import Engine
 from andabata.evaluation.fault_table import fault_rows
 from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
@@ -19,6 +20,7 @@ from andabata.evaluation.offroad_pairs import controller_differences
 from andabata.evaluation.offroad_table import failure_causes, summarise
 from andabata.evaluation.perturbation import perturbation_rows
 from andabata.evaluation.trial import OffroadAttempt
+from andabata.machine.plants import bullet_step, has_bullet
 from andabata.report.plots.drives import failure_picture
 
 _CHOSEN = ("seed", "world", "suite", "goals", "perturb", "faults")
@@ -32,7 +34,7 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
         request: Worlds, trials, controllers and models.
 
     Raises:
-        UsageError: If a value of an option is none.
+        UsageError: If a value of an option is none, or a release is judged without bullet.
     """
     given, options = request.given, request.given(ReleaseOptions)
     release = options.named()
@@ -40,6 +42,11 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
     robot, driven = given(RobotOptions).base(), given(TrialOptions)
     base = given(OffroadEvaluationOptions).base(robot, request.seed, driven, release)
     config = request.settings.resolve(EvaluationConfig, base)
+    if release is not None and not has_bullet():
+        raise UsageError(
+            "--release: expected pybullet, since judged tables are those of bullet, got none; "
+            f"{bullet_step()}"
+        )
     models, reality = given(EvaluationModelOptions).load(), config.simulated_robot.reality.name
 
     def tabulate(attempts: Sequence[OffroadAttempt], _: Engine) -> dict[str, Any]:
@@ -66,4 +73,13 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
     known = config.scenarios
     seeds = f"{config.world} {known[0].seed} to {known[-1].seed}"
     judging = judged(options, "evaluate off-road", seeds, request.has_folder)
-    return Evaluation("evaluate", config, config.seed, comparison, tabulate, about, judging=judging)
+    return Evaluation(
+        "evaluate",
+        config,
+        config.seed,
+        comparison,
+        tabulate,
+        about,
+        judging=judging,
+        plant=config.simulated_robot.plant,
+    )

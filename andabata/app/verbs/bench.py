@@ -18,6 +18,7 @@ from andabata.app.options.shared import (
     Workers,
     reality_level,
 )
+from andabata.machine.plants import Plant, available_plants, check_plant, default_plant
 from worlds.splits import DEVELOPMENT_SEED, EVALUATIONS
 
 app = typer.Typer(invoke_without_command=True)
@@ -210,6 +211,7 @@ def localization(
         andabata bench localization --outages --rides 0
     """
     from andabata.app.console import table_of
+    from andabata.app.driven_plant import announce_plant
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.bench.localization import bench_localization, localization_table
     from andabata.bench.motion import agreement_table, error_table
@@ -217,6 +219,7 @@ def localization(
 
     base = SimulatedRobotConfig(reality=reality_level(reality))
     console, config = output.console(), settings.resolve(SimulatedRobotConfig, base)
+    announce_plant(config.plant, console)
     data = bench_localization(config, world, drives, rides, seed, workers, console)
     data |= {"reality": config.reality.name}
     if outages:
@@ -238,7 +241,7 @@ def vehicle(
     robot: Robot = "andabata",
     plant: Annotated[
         str, typer.Option(help="Plant: bullet, mujoco, wheels or kinematic.")
-    ] = "bullet",
+    ] = default_plant(),
     picture: Annotated[
         Path | None, typer.Option(help="Picture of turning and slopes to write, PNG.")
     ] = None,
@@ -248,8 +251,7 @@ def vehicle(
     """Measure a body in a plant: turning, slopes, obstacles, tipping over.
 
     The other plants are compared with bullet, whichever is measured; all drive over relief,
-    kerbs, roots, stems and plants. The plant mujoco needs the extra of its name, and is left out
-    of the comparison without it.
+    kerbs, roots, stems and plants. Bullet and mujoco are left out where they are not installed.
 
     Examples:
         andabata bench vehicle
@@ -259,18 +261,19 @@ def vehicle(
         andabata bench vehicle --robot jackal --json
     """
     from andabata.app.console import table_of
+    from andabata.app.driven_plant import announce_plant
     from andabata.bench.vehicle import bench_vehicle, vehicle_tables
     from andabata.configuration.usage import one_word
     from andabata.machine.robot import RobotModel
-    from andabata.machine.vehicle import Plant
     from andabata.report.plots.axes import png
     from andabata.report.plots.bench import vehicle_figure
     from andabata.runs import atomic_io
 
     console, model = output.console(), RobotModel.load(robot)
-    name = one_word(plant, get_args(Plant), "--plant")
+    name = cast(Plant, one_word(plant, get_args(Plant), "--plant"))
+    announce_plant(name, console)
     with console.progress("parts", 6) as step:
-        measurements = bench_vehicle(model, seed, step, cast(Plant, name))
+        measurements = bench_vehicle(model, seed, step, name)
     data = {"robot": robot, "plant": name, **measurements}
     if picture is not None:
         atomic_io.write(picture, png(vehicle_figure(data)))
@@ -287,7 +290,7 @@ def chain(
     ] = "policy+planner",
     plants: Annotated[
         str, typer.Option(help="Plants: kinematic, wheels, bullet, mujoco.")
-    ] = "kinematic,wheels,bullet",
+    ] = ",".join(name for name in reversed(available_plants()) if name != "mujoco"),
     beams: Annotated[str, typer.Option(help="Beams of a sweep: 1081, 541, 271.")] = "1081,541",
     robots: Annotated[str, typer.Option(help="Numbers of robots in the world: 1, 4, 16.")] = "1",
     steps: Annotated[int, typer.Option(min=10, help="Number of control steps of a run.")] = 300,
@@ -310,7 +313,6 @@ def chain(
     from andabata.bench.chain import bench_chains, stage_table
     from andabata.configuration.settings import resolve
     from andabata.configuration.usage import words
-    from andabata.machine.vehicle import Plant
 
     (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller")[:1]
     given = settings.settings or []
@@ -324,6 +326,8 @@ def chain(
         for count in words(beams, ("1081", "541", "271"), "--beams")
     ]
     console = output.console()
+    for config in configs:
+        check_plant(config.plant)
     crowds = [int(count) for count in words(robots, ("1", "4", "16"), "--robots")]
     with console.progress("runs", runs * len(configs) * len(crowds)) as step:
         rows = bench_chains(configs, crowds, world, seed, steps, runs, name, step)

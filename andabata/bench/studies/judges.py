@@ -32,9 +32,10 @@ from andabata.evaluation.offroad import attempt_of, attempt_row
 from andabata.evaluation.statistics import paired_difference, wilson_interval
 from andabata.evaluation.trial import OffroadAttempt, run_trial
 from andabata.machine.kinematics import SkidSteer
+from andabata.machine.plants import Plant
 from andabata.machine.reality import level
 from andabata.machine.sensor_readings import WheelSpeeds
-from andabata.machine.vehicle import Plant, Vehicle, make_vehicle
+from andabata.machine.vehicle import Vehicle, make_vehicle
 from andabata.models import Models
 from andabata.runs.folder import commit, make_folder
 from andabata.runs.journal import Entry

@@ -16,7 +16,7 @@ from typing import get_args
 
 from andabata.bench.table import Row, markdown_table
 from andabata.evaluation.statistics import wilson_interval
-from andabata.machine.vehicle import Plant
+from andabata.machine.plants import Plant
 from andabata.tasks.maze import MazeVectorEnv, is_planar
 from andabata.tasks.offroad import OffroadEnv, stage_config
 from rl.policy import load_policy, with_observations

@@ -5,7 +5,6 @@ import pytest
 from scipy.stats import ks_2samp
 
 from andabata.bench import vehicle
-from andabata.bench.studies.vehicle_rates import time_steps
 from andabata.bench.vehicle import (
     bench_vehicle,
     distribution_distance,
@@ -13,9 +12,10 @@ from andabata.bench.vehicle import (
     measured_yaw_rate,
     vehicle_tables,
 )
+from andabata.machine.plants import available_plants
 from andabata.machine.robot import RobotModel
-from andabata.machine.vehicle import installed_plants, make_vehicle
-from tests.support.plants import MUJOCO
+from andabata.machine.vehicle import make_vehicle
+from tests.support.plants import MUJOCO, needs_bullet
 
 
 def test_the_distance_of_distributions_is_scipys():
@@ -46,7 +46,8 @@ def test_tyres_that_do_not_slide_tip_over_at_the_geometric_limit():
 
 
 def test_parts_are_run_in_their_order_and_counted(monkeypatch):
-    """Each part lands under its name."""
+    """Each part lands under its name; where bullet is, the fast plants are compared with it."""
+    monkeypatch.setattr(vehicle, "has_bullet", lambda: True)
     for name in ("turning", "slopes", "obstacles", "tipping"):
         monkeypatch.setattr(vehicle, name, lambda robot, make, name=name: name)
     monkeypatch.setattr(vehicle, "compare_plants", lambda robot, seed, plant: (plant, seed))
@@ -56,8 +57,10 @@ def test_parts_are_run_in_their_order_and_counted(monkeypatch):
     assert list(found) == ["turning", "slopes", "obstacles", "tipping", "plants", "ground"]
     assert found["ground"] == [7]
     assert found["slopes"] == "slopes"
-    assert found["plants"] == [(plant, 7) for plant in installed_plants() if plant != "bullet"]
+    assert found["plants"] == [(plant, 7) for plant in available_plants() if plant != "bullet"]
     assert len(steps) == 6
+    monkeypatch.setattr(vehicle, "has_bullet", lambda: False)
+    assert bench_vehicle(RobotModel(), 7)["plants"] == []
 
 
 def test_obstacles_of_a_table_are_called_so():
@@ -76,8 +79,11 @@ def test_obstacles_of_a_table_are_called_so():
     assert tables["10 s over ground 1.5 m ahead, in all plants"] == []
 
 
+@needs_bullet
 def test_a_physics_step_has_a_row_with_its_turn_ratios(monkeypatch):
     """The ratio is achieved over commanded, whatever the sign of the command."""
+    from andabata.bench.studies.vehicle_rates import time_steps
+
     monkeypatch.setattr("andabata.bench.studies.vehicle_rates.STEPS", (0.01,))
     monkeypatch.setattr("andabata.bench.studies.vehicle_rates.RATES", (0.5, -0.5))
     monkeypatch.setattr("andabata.bench.studies.vehicle_rates.HEADINGS", (0.0,))

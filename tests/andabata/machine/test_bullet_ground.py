@@ -1,9 +1,13 @@
 """The window of ground around a robot: it follows, and its surface is the ground's."""
 
-import pybullet
 import pytest
 
+from tests.support.plants import module_needs_bullet
+
+module_needs_bullet()
+
 from andabata.machine.bullet_ground import GroundWindow
+from worlds.quiet_pybullet import pybullet
 
 
 @pytest.fixture

@@ -3,6 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.support.plants import module_needs_bullet
+
+module_needs_bullet()
+
 from andabata.machine.bullet_vehicle import BulletConfig, BulletVehicle
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap

@@ -7,22 +7,24 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
-from andabata.machine.bullet_vehicle import BulletVehicle
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
+from andabata.machine.vehicle import make_vehicle
 from andabata.training.plans import load_plan
+from tests.support.plants import BULLET
 from worlds.world import Start
 
 NAMES = ("andabata", "husky", "jackal")
 
 
+@pytest.mark.parametrize("plant", [BULLET, "wheels"])
 @pytest.mark.parametrize("name", NAMES)
-def test_a_robot_stands_drives_and_turns(make_ground, name):
+def test_a_robot_stands_drives_and_turns(make_ground, name, plant):
     """Each robot of the package rests level, drives and turns as commanded."""
     robot = RobotModel.load(name)
-    vehicle = BulletVehicle(make_ground(), robot)
+    vehicle = make_vehicle(plant, make_ground(), robot, np.random.default_rng(0))
     ratios = []
     for heading in (0.0, 0.4, 0.8, 1.2):
         vehicle.place(Start(0.0, 0.0, heading))

@@ -13,7 +13,7 @@ from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import box, rod
 from terrain.plants import root
-from tests.support.plants import ALL_PLANTS, MUJOCO
+from tests.support.plants import ALL_PLANTS, BULLET, MUJOCO
 from worlds.drag import BODY_HEIGHT, RESISTANCE
 from worlds.fields import plain_world
 from worlds.kerbs import Strip, kerbstones, raised
@@ -144,7 +144,7 @@ DRAG = RESISTANCE[SemanticClass.BUSH] * BODY_HEIGHT * ROBOT.width
 """Force of the bush on the robot [N]."""
 
 
-@pytest.mark.parametrize("plant", ["bullet", MUJOCO, "wheels"])
+@pytest.mark.parametrize("plant", [BULLET, MUJOCO, "wheels"])
 def test_plants_cost_their_force_times_the_way(plant):
     """On level ground the motors hold their speed, and do the work of the drag."""
     vehicle = make_vehicle(plant, bush_world(), ROBOT, np.random.default_rng(0))

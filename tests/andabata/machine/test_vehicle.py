@@ -3,19 +3,17 @@
 import numpy as np
 import pytest
 
-from andabata.machine import vehicle as vehicle_module
-from andabata.machine.bullet_vehicle import BulletVehicle
 from andabata.machine.kinematic_vehicle import KinematicConfig, KinematicVehicle
 from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
-from andabata.machine.vehicle import installed_plants, make_vehicle
+from andabata.machine.vehicle import make_vehicle
 from andabata.machine.wheels.vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
 from terrain.generators import smooth_noise
 from terrain.objects import box, frustum
-from tests.support.plants import ALL_PLANTS
+from tests.support.plants import ALL_PLANTS, needs_bullet
 from worlds.world import Start
 
 ROBOT = RobotModel()
@@ -55,7 +53,7 @@ STARTS = tuple(Start(0.0, -2.0, yaw) for yaw in (0.3, 2.0, -1.2))
 @pytest.fixture(scope="module")
 def reference(rough):
     """Return the rows of three drives in the reference plant, five seconds at each yaw rate."""
-    vehicle, drives = BulletVehicle(rough, ROBOT), []
+    vehicle, drives = make_vehicle("bullet", rough, ROBOT, np.random.default_rng(0)), []
     for start in STARTS:
         vehicle.place(start)
         drives.append([twist(vehicle, 0.3, rate, 5.0) for rate in RATES])
@@ -63,6 +61,7 @@ def reference(rough):
     return drives
 
 
+@needs_bullet
 @pytest.mark.parametrize(("name", "most_tilt"), [("wheels", 1.2), ("kinematic", 2.0)])
 def test_fast_plants_are_calibrated_against_the_reference(rough, reference, name, most_tilt):
     """Stated difference on rough ground: degrees of tilt (rms), 5 % of speed and of turn."""
@@ -183,14 +182,3 @@ def test_time_starts_at_zero_and_advances_by_ticks(make_ground, plant):
     assert vehicle.state.stamp == 0.07
     np.testing.assert_allclose(vehicle.state.pose.position, rows[-1, :3])
     vehicle.close()
-
-
-def test_a_plant_whose_engine_is_missing_is_refused_and_left_out(make_ground, monkeypatch):
-    """The error names the command that installs it; comparisons go on with the others."""
-    monkeypatch.setattr(vehicle_module, "find_spec", lambda name: None)
-    assert installed_plants() == ("bullet", "wheels", "kinematic")
-    expected = r"expected the package mujoco, got none; install it with `pip install .*\[mujoco\]"
-    with pytest.raises(ValueError, match=expected):
-        make_vehicle("mujoco", make_ground(size=4.0), ROBOT, np.random.default_rng(0))
-    monkeypatch.setattr(vehicle_module, "find_spec", lambda name: object())
-    assert installed_plants() == ("bullet", "mujoco", "wheels", "kinematic")

@@ -13,7 +13,7 @@ from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.simulator import SensingConfig, Simulator
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
-from tests.support.plants import ALL_PLANTS
+from tests.support.plants import ALL_PLANTS, needs_bullet
 from tests.support.walking_worlds import peopled, walker
 from worlds.rays.scene import RayScene
 from worlds.world import Start
@@ -105,6 +105,7 @@ def test_what_stands_comes_first(make_ground, plant):
     assert contacts[-1] is Contact.OBSTACLE
 
 
+@needs_bullet
 def test_bullet_forgets_walkers_when_the_robot_is_put_down_anew(make_ground):
     """The cylinder of the last drive does not stand where the robot is put down."""
     made = simulator(peopled(make_ground(), walker((3.0, 0.0), (-0.8, 0.0))), "bullet")

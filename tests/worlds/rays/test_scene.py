@@ -3,14 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
-import pybullet
 import pytest
 
 from andabata.bench.embree import EmbreeScene
 from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, box
-from worlds.bodies import build_bodies
+from tests.support.plants import needs_bullet
 from worlds.catalogue import make_world
 from worlds.rays.geometry import NO_CLASS
 from worlds.rays.scene import RayScene
@@ -46,6 +45,9 @@ def flat_world(*objects):
 
 def bullet_ranges(world, origins, directions, length, piece=2.5):
     """Return ranges in pybullet [m], in short pieces: it loses some long rays over heightfields."""
+    from worlds.bodies import build_bodies
+    from worlds.quiet_pybullet import pybullet
+
     client = pybullet.connect(pybullet.DIRECT)
     bodies = build_bodies(world, client)
     ranges = np.full(len(origins), np.inf)
@@ -62,6 +64,7 @@ def bullet_ranges(world, origins, directions, length, piece=2.5):
     return ranges
 
 
+@needs_bullet
 @pytest.mark.parametrize("name", ["natural-test", "maze"])
 def test_physics_and_rays_see_the_same_world(name):
     """Ranges in pybullet and ours agree but for rays that graze an edge."""

@@ -7,10 +7,9 @@ from PIL import Image
 from terrain.classes import SemanticClass
 from tests.support.collada_files import crate
 from tests.support.mesh_files import angle_bar, block, ranges, save, torus
+from tests.support.plants import needs_bullet
 from tests.support.sdf_worlds import CUBE, PLANE, POST, document, pose, read, solid
 from tests.support.true_maps import solid_at
-from worlds.bodies import build_bodies
-from worlds.quiet_pybullet import pybullet
 from worlds.rays.scene import RayScene
 from worlds.sdf.ground import world_of
 from worlds.sdf.world import read_sdf
@@ -178,6 +177,9 @@ def test_beams_end_where_they_do_on_the_shape_itself(tmp_path, shape):
 
 def touched(world, places):
     """Return whether a ball of 0.2 m touches a solid of a world at each place, in pybullet."""
+    from worlds.bodies import build_bodies
+    from worlds.quiet_pybullet import pybullet
+
     client = pybullet.connect(pybullet.DIRECT)
     try:
         bodies = build_bodies(world, client)
@@ -200,6 +202,7 @@ def touched(world, places):
     return found
 
 
+@needs_bullet
 def test_meshes_are_met_by_bodies(tmp_path):
     """pybullet's contacts with an angle bar: in its corner there is room, at its sides none."""
     save(tmp_path / "bar.ply", angle_bar(2.0, 0.3, 1.0))
@@ -209,6 +212,7 @@ def test_meshes_are_met_by_bodies(tmp_path):
     assert touched(world, places) == [False, True, True, True, True, False]
 
 
+@needs_bullet
 def test_a_collada_mesh_is_seen_and_met_as_the_same_stl(tmp_path):
     """Rays and contacts, whatever the unit of the file and the nodes of its scene."""
     save(tmp_path / "stl.stl", block(1.0, 2.0, 1.0))

@@ -3,6 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from andabata.app.doctor.import_guard import Claim
 from andabata.app.doctor.installation import (
     EXTRAS,
@@ -13,6 +15,8 @@ from andabata.app.doctor.installation import (
     version,
 )
 from andabata.distribution import HOME
+from andabata.machine.plants import bullet_step
+from tests.support.plants import needs_bullet
 
 
 def test_a_package_has_a_version_or_a_reason():
@@ -22,6 +26,7 @@ def test_a_package_has_a_version_or_a_reason():
     assert version("no_such_package").startswith("broken: No module named")
 
 
+@needs_bullet
 def test_pybullet_is_imported_in_silence(capfd):
     """The check prints nothing."""
     assert not version("pybullet").startswith("broken")
@@ -34,6 +39,22 @@ def test_one_broken_package_breaks_the_installation(monkeypatch):
     found = check_installation()
     assert found["ok"] is False
     assert "apt-get install" in installation_text(found)
+
+
+@pytest.mark.parametrize("published", [True, False])
+def test_without_bullet_the_plant_is_named(monkeypatch, published):
+    """A newer Python is whole without pybullet; the text has the plant and what brings bullet."""
+    monkeypatch.setattr("andabata.machine.plants.find_spec", lambda name: None)
+    monkeypatch.setattr("andabata.app.doctor.installation.is_published", lambda: published)
+    monkeypatch.setattr(
+        "andabata.app.doctor.installation.version",
+        lambda name: "broken: no pybullet" if name == "pybullet" else "1",
+    )
+    found = check_installation()
+    assert (found["ok"], found["plant"]) == (not published, "wheels")
+    expected = "broken: no pybullet" if published else f"not installed, optional ({bullet_step()})"
+    assert f"pybullet     {expected}" in installation_text(found).splitlines()
+    assert "plant of a robot without another one: wheels" in installation_text(found)
 
 
 def test_every_package_has_its_line():

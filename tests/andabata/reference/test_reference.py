@@ -4,11 +4,13 @@ import pytest
 
 from andabata.reference import FOLDER, pages
 from andabata.reference.__main__ import main
+from tests.support.bullet import needs_bullet
 from tests.support.documents import ROOT
 
 PAGES = pages()
 
 
+@needs_bullet  # The pages have its defaults.
 @pytest.mark.parametrize("name", PAGES)
 def test_the_committed_page_is_the_generated_one(name):
     """A changed model or help text changes its page: `python -m andabata.reference`."""

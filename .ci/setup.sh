@@ -27,3 +27,7 @@ if ! "$venv/bin/python" -c 'import open3d' 2>/dev/null; then
   bash "$(dirname "${BASH_SOURCE[0]}")/apt.sh" $APT_PACKAGES
   "$venv/bin/python" -c 'import open3d'
 fi
+
+# Compiled once, by the content of the sources: another clone of them finds its kernels compiled.
+echo "compiling the kernels of a drive (a minute the first time)"
+report=$("$venv/bin/andabata" doctor --compile --quiet) || printf '%s\n' "$report" >&2

@@ -14,7 +14,7 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
 from andabata.models import Models
 from andabata.records.frames.sensor_pose import GivenMounting
-from andabata.records.topics import POINT_CLOUD, Topic
+from andabata.records.topics import PATH, POINT_CLOUD, Topic
 from andabata.replay.datum import given_geo_reference
 from andabata.ros.graph import Graph
 from andabata.ros.live_recording import LiveRecording
@@ -44,6 +44,7 @@ def run_navigator(
     sources: Mapping[str, str] | None = None,
     start: tuple[float, ...] | None = None,
     goal: tuple[float, ...] | None = None,
+    path: str | None = None,
     seconds: float | None = None,
     local_map: bool = True,
     view: ViewConfig | None = None,
@@ -64,6 +65,7 @@ def run_navigator(
         sources: Frame of the only source that is read, by topic.
         start: Position [m] and yaw [deg] in the map; None to wait for them in the graph.
         goal: First goal in the map [m]; None to wait for one in the graph.
+        path: Topic of another planner's path to follow; None to drive to goals alone.
         seconds: Time after which to stop [s]; None to run until the graph ends.
         local_map: True to publish the local map and the plan.
         view: Choices of who watches in a browser; None for no such view.
@@ -82,7 +84,7 @@ def run_navigator(
             config,
             models,
             steering,
-            Topic(cloud, cloud, POINT_CLOUD, None) if cloud else None,
+            _topic(cloud, POINT_CLOUD),
             mountings or {},
             given_geo_reference(configure),
             console.status,
@@ -90,6 +92,7 @@ def run_navigator(
             sources,
             form,
             recording,
+            _topic(path, PATH),
         )
         if goal is not None:
             node.set_goal(np.array(goal))
@@ -152,6 +155,11 @@ def _recording(path: Path | None, graph: Graph) -> Iterator[LiveRecording | None
     finally:
         if recording is not None:
             recording.close()
+
+
+def _topic(name: str | None, kind: str) -> Topic | None:
+    """Return a topic that the user names, of a message type; None without a name."""
+    return Topic(name, name, kind, None) if name else None
 
 
 def _pose(start: tuple[float, ...] | None) -> Pose | None:

@@ -26,9 +26,10 @@ class SimulatedRobotConfig(NavigatorConfig):
     """Settings of a robot in simulation.
 
     Attributes:
-        plant: Name of the plant: ``bullet``, that of all published results; ``wheels``, close to it
-            and fast, for development, and the default where pybullet is not installed; or
-            ``kinematic``, for training.
+        plant: Name of the plant: ``bullet``, that of all published results; ``mujoco``, another
+            engine to judge with (extra ``mujoco``); ``wheels``, close to bullet and fast, for
+            development, and the default where pybullet is not installed; or ``kinematic``, for
+            training.
         reality: Differences between the simulated robot and the one that the navigator believes.
         faults: Faults of the senses in each drive, such as ``gnss:stuck@20``; see
             ``andabata.machine.faults``. In a replay they are added to what was recorded; a live

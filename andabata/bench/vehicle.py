@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from andabata.bench.table import Row
 from andabata.bench.vehicle_ground import ground_drives, ground_table
 from andabata.machine.kinematics import SkidSteer
-from andabata.machine.plants import Plant, default_plant, has_bullet
+from andabata.machine.plants import Plant, available_plants, default_plant, has_bullet
 from andabata.machine.pose import wrap
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
@@ -63,7 +63,7 @@ def bench_vehicle(
     """
     plant = default_plant() if plant is None else plant
     # They are compared with the reference, where it is.
-    fast: tuple[Plant, ...] = ("wheels", "kinematic") if has_bullet() else ()
+    others = [name for name in available_plants() if name != "bullet"] if has_bullet() else []
 
     def make(world: World) -> Vehicle:
         return make_vehicle(plant, world, robot, np.random.default_rng(seed))
@@ -73,7 +73,7 @@ def bench_vehicle(
         "slopes": lambda: slopes(robot, make),
         "obstacles": lambda: obstacles(robot, make),
         "tipping": lambda: tipping(robot, _gripping(robot, plant, make)),
-        "plants": lambda: [compare_plants(robot, seed, each) for each in fast],
+        "plants": lambda: [compare_plants(robot, seed, each) for each in others],
         "ground": lambda: ground_drives(robot, seed),
     }
     measurements: Row = {}
@@ -105,7 +105,7 @@ def vehicle_tables(measurements: Row) -> list[tuple[str, list[Row]]]:
         ("slopes", measurements["slopes"]),
         ("10 s towards an obstacle 1.5 m ahead", obstacle_rows),
         ("tipping over", [measurements["tipping"]]),
-        ("fast plants against bullet", measurements["plants"]),
+        ("other plants against bullet", measurements["plants"]),
         ("10 s over ground 1.5 m ahead, in all plants", ground_table(measurements["ground"])),
     ]
 
@@ -117,6 +117,12 @@ def _gripping(robot: RobotModel, plant: Plant, make: VehicleMaker) -> VehicleMak
 
         bullet = BulletConfig(friction=3.0, lateral_friction_ratio=1.0)
         return lambda world: BulletVehicle(world, robot, bullet)
+    if plant == "mujoco":
+        from andabata.machine.mujoco_model import MujocoConfig
+        from andabata.machine.mujoco_vehicle import MujocoVehicle
+
+        mujoco = MujocoConfig(friction=3.0, lateral_friction_ratio=1.0)
+        return lambda world: MujocoVehicle(world, robot, mujoco)
     if plant == "wheels":
         wheels = WheelsConfig(friction=3.0, lateral_friction_ratio=1.0)
         return lambda world: WheelsVehicle(world, robot, wheels)
@@ -285,7 +291,7 @@ def tipping(robot: RobotModel, make: VehicleMaker) -> Row:
 
 
 def compare_plants(robot: RobotModel, seed: int, plant: Plant) -> Row:
-    """Return how a fast plant differs from the reference under the same commands.
+    """Return how another plant differs from the reference under the same commands.
 
     Both drive 12 times for 10 s on the same rough ground. ``roll_rms_deg`` and ``pitch_rms_deg``
     compare their attitudes at the same places, ``yaw_rate_distance`` is the Kolmogorov-Smirnov
@@ -294,7 +300,7 @@ def compare_plants(robot: RobotModel, seed: int, plant: Plant) -> Row:
     Args:
         robot: Body to drive.
         seed: Seed of starts, commands and noise.
-        plant: Name of the fast plant.
+        plant: Name of the other plant.
 
     Raises:
         PlantError: If pybullet is not installed.

@@ -1,4 +1,4 @@
-"""Drives of the three plants over what natural ground has: relief, kerbs, roots, stems and plants.
+"""Drives of all plants over what natural ground has: relief, kerbs, roots, stems and plants.
 
 Each plant drives straight on for ten seconds from the same place; the ends are compared.
 """
@@ -73,7 +73,7 @@ def ground_cases() -> Iterator[GroundCase]:
 
 
 def ground_drives(robot: RobotModel, seed: int) -> list[Row]:
-    """Return for each case how far each plant gets, whether it touches, and the motors' work.
+    """Return for each case how far each installed plant gets, whether it touches, and the work.
 
     Plants that are not installed are left out.
 

@@ -4,17 +4,10 @@ pybullet takes seconds to read a heightfield that is fine enough for a wheel ove
 The robot feels what lies within a step of it: the body is a window, made anew as the robot drives.
 """
 
-import numpy as np
-
+from andabata.machine.ground_window import ground_around, has_left
 from terrain.heightfield import Heightfield
 from worlds.bodies import build_ground
 from worlds.quiet_pybullet import pybullet
-
-_REACH = 8.0
-"""Distance from its middle up to which a window holds the ground [m]."""
-
-_KEPT = 4.0
-"""Distance from the middle of its window up to which a robot may drive [m]."""
 
 
 class GroundWindow:
@@ -42,7 +35,7 @@ class GroundWindow:
         Returns:
             True if ``body`` is another one than before.
         """
-        if max(abs(x - self._middle[0]), abs(y - self._middle[1])) <= _KEPT:
+        if not has_left(self._middle, x, y):
             return False
         pybullet.removeBody(self.body, physicsClientId=self._client)
         self._make(x, y)
@@ -50,18 +43,7 @@ class GroundWindow:
 
     def _make(self, x: float, y: float) -> None:
         """Create the window around a place in the map [m]; it ends at the ground's border."""
-        ground = self._ground
-        spans = []
-        for place, half, count in zip(
-            (x, y), (ground.width / 2, ground.depth / 2), ground.heights.shape, strict=True
-        ):
-            first = int(np.clip((place + half - _REACH) / ground.cell, 0, count - 2))
-            last = int(
-                np.clip(np.ceil((place + half + _REACH) / ground.cell), first + 1, count - 1)
-            )
-            spans.append((first, last, (first + last) / 2 * ground.cell - half))
-        (i, k, middle_x), (j, n, middle_y) = spans
-        part = Heightfield(np.ascontiguousarray(ground.heights[i : k + 1, j : n + 1]), ground.cell)
+        part, middle = ground_around(self._ground, x, y)
         self._middle = (x, y)
-        self.body = build_ground(part, (middle_x, middle_y), self._client)
+        self.body = build_ground(part, middle, self._client)
         pybullet.changeDynamics(self.body, -1, lateralFriction=1.0, physicsClientId=self._client)

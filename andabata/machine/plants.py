@@ -1,11 +1,13 @@
-"""Names of the plants, and which of them can be driven here: bullet needs pybullet."""
+"""Names of the plants, and which can be driven here: two of them need a package."""
 
 import platform
 import sys
 from importlib.util import find_spec
 from typing import Literal, get_args
 
-Plant = Literal["bullet", "wheels", "kinematic"]
+from andabata.distribution import install_extra
+
+Plant = Literal["bullet", "mujoco", "wheels", "kinematic"]
 """Names of the plants."""
 
 _NEWEST = (3, 11)
@@ -21,26 +23,34 @@ def has_bullet() -> bool:
     return find_spec("pybullet") is not None
 
 
+def has_mujoco() -> bool:
+    """Return True if the extra ``mujoco`` is installed."""
+    return find_spec("mujoco") is not None
+
+
 def available_plants() -> tuple[Plant, ...]:
     """Return the plants that can be driven here."""
-    return tuple(name for name in get_args(Plant) if name != "bullet" or has_bullet())
+    here = {"bullet": has_bullet(), "mujoco": has_mujoco()}
+    return tuple(name for name in get_args(Plant) if here.get(name, True))
 
 
 def default_plant() -> Plant:
     """Return the plant of a robot for which none is chosen: ``wheels`` where bullet is missing."""
-    return available_plants()[0]
+    return "bullet" if has_bullet() else "wheels"
 
 
 def check_plant(plant: Plant) -> None:
     """Check that a plant can be driven here.
 
     Raises:
-        PlantError: If it is ``bullet`` and pybullet is not installed.
+        PlantError: If the package of its engine is not installed.
     """
-    if plant == "bullet" and not has_bullet():
+    packages = {"bullet": ("pybullet", bullet_step), "mujoco": ("mujoco", _mujoco_step)}
+    if plant in packages and plant not in available_plants():
+        package, step = packages[plant]
         raise PlantError(
-            f"plant: expected {' or '.join(available_plants())}, since pybullet is not installed, "
-            f"got bullet; leave the plant out (it is {default_plant()} here), or {bullet_step()}"
+            f"plant: expected {' or '.join(available_plants())}, since {package} is not installed, "
+            f"got {plant}; leave the plant out (it is {default_plant()} here), or {step()}"
         )
 
 
@@ -58,6 +68,11 @@ def bullet_step() -> str:
         f"install andabata with Python {newest}, the newest that pybullet is published for "
         f"(this is {platform.python_version()})"
     )
+
+
+def _mujoco_step() -> str:
+    """Return what brings mujoco."""
+    return f"`{install_extra('mujoco')}`"
 
 
 def default_remark(plant: Plant) -> str | None:

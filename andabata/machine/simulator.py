@@ -90,7 +90,8 @@ class Simulator:
             world: Ground and objects.
             rays: Ray scene of the same world.
             robot: Parameters of the body.
-            plant: Name of the plant: ``bullet`` (the reference), ``wheels`` or ``kinematic``.
+            plant: Name of the plant: ``bullet`` (the reference), ``mujoco``, ``wheels`` or
+                ``kinematic``.
             sensing: Parameters of the sensors.
             rng: Source of all noise of plant and sensors.
             reach: Range up to which returns have to be right [m]; see ``RotatingLidar``.

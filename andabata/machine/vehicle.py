@@ -50,15 +50,16 @@ def make_vehicle(
     """Return a plant.
 
     Args:
-        plant: Name of the plant: ``bullet``, rigid-body physics, the reference; ``wheels``, a rigid
-            body on ray-cast wheels, calibrated against it and far faster; or ``kinematic``,
-            terrain-following, the fastest.
+        plant: Name of the plant: ``bullet``, rigid-body physics, the reference; ``mujoco``, the
+            same body in another engine (extra ``mujoco``); ``wheels``, a rigid body on ray-cast
+            wheels, calibrated against bullet and far faster; or ``kinematic``, terrain-following,
+            the fastest.
         world: Ground and objects.
         robot: Parameters of the body.
         rng: Source of the kinematic plant's wheel slip.
 
     Raises:
-        PlantError: If it is ``bullet`` and pybullet is not installed.
+        PlantError: If its engine is not installed.
         ValueError: If the name is another.
     """
     check_plant(plant)
@@ -66,6 +67,10 @@ def make_vehicle(
         from andabata.machine.bullet_vehicle import BulletVehicle
 
         return BulletVehicle(world, robot)
+    if plant == "mujoco":
+        from andabata.machine.mujoco_vehicle import MujocoVehicle
+
+        return MujocoVehicle(world, robot)
     if plant == "wheels":
         from andabata.machine.wheels.vehicle import WheelsVehicle
 

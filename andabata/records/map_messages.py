@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from andabata.machine.pose import Pose
 from andabata.navigation.planning.map_layers import OCCUPANCY, MapLayers
 from andabata.records.messages import MessageBuilder
-from andabata.records.topics import RosMessage
+from andabata.records.topics import PATH, RosMessage
 
 UNKNOWN, LETHAL = -1, 100
 """Occupancy of a cell that nothing was seen of, and of one that the planner does not enter."""
@@ -125,7 +125,7 @@ def path(builder: MessageBuilder, seconds: float, places: NDArray[np.float64]) -
         )
         for place, yaw in zip(places, yaws, strict=True)
     ]
-    return builder.new("nav_msgs/msg/Path", header=header, poses=poses)
+    return builder.new(PATH, header=header, poses=poses)
 
 
 def subgoal(

@@ -42,6 +42,7 @@ class Topic:
 
 
 POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
+PATH = "nav_msgs/msg/Path"
 
 SCAN = Topic("/2D_scan", "/scan_2d", "sensor_msgs/msg/LaserScan", 40.0)
 HEAD_ANGLE = Topic("/head_angle", "/head_angle", "andabata_msgs/msg/LaserEvent", 40.0)
@@ -81,7 +82,7 @@ LOCAL_MAP = Topic("/local_map", "/local_map", "nav_msgs/msg/OccupancyGrid", 1.0)
 GRID_MAP = Topic("/grid_map", "/grid_map", "grid_map_msgs/msg/GridMap", 1.0)
 """All layers of the local map, in ``odom``."""
 
-PLAN = Topic("/plan", "/plan", "nav_msgs/msg/Path", 2.0)
+PLAN = Topic("/plan", "/plan", PATH, 2.0)
 """Way to the goal over the local map, in ``odom``."""
 
 SUBGOAL = Topic("/subgoal", "/subgoal", "geometry_msgs/msg/PoseStamped", 2.0)

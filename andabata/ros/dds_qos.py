@@ -113,8 +113,9 @@ def subscriber_profiles(topic: Topic) -> tuple[Profile, ...]:
     """Return the profiles with which a topic is received.
 
     Best effort accepts every publisher. Events are received twice: from publishers that keep their
-    last message, and from those that do not, which a subscriber cannot ask for both.
+    last message, and from those that do not, which a subscriber cannot ask for both. So are paths,
+    which a planner may send once.
     """
-    if topic in EVENTS:
+    if topic in EVENTS or topic.kind == topics.PATH:
         return Profile(True, True, 100), Profile(True, False, 100)
     return (Profile(is_reliable=False, is_latched=False),)

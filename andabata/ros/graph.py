@@ -66,10 +66,10 @@ class TopicNames:
         Raises:
             RosError: If the version of ROS does not allow it.
         """
-        own = topic.name(self.ros)
-        name = self.remapping.get(topic.ros1) or self.remapping.get(topic.ros2)
-        if name is None:
-            name = f"{self.namespace}{own}" if topic in _OURS else own
+        name = own = topic.name(self.ros)
+        if topic in _OURS:  # A topic that the user names is somebody else's, and stays as it is.
+            name = self.remapping.get(topic.ros1) or self.remapping.get(topic.ros2, "")
+            name = name or f"{self.namespace}{own}"
         if self.ros == 2 and not _ROS2_NAME.fullmatch(name):
             raise RosError(
                 f"{name}: expected a name of ROS 2, of /, letters, digits and _, no part of which "

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from andabata.assembly.navigator import NavigatorParts, make_navigator
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.assembly.warm_up import warm_up
 from andabata.localization.localizer import health_after
 from andabata.machine.fault_injector import FaultInjector
 from andabata.machine.pose import Pose
@@ -34,8 +35,9 @@ from andabata.ros.datum_initializer import DatumInitializer
 from andabata.ros.graph import Graph
 from andabata.ros.live_recording import LiveRecording
 from andabata.ros.navigator_output import NavigatorOutput, OutputForm
+from andabata.ros.path_goals import PathGoals
 from andabata.ros.sensor_inbox import SensorInbox
-from andabata.ros.startup import StartFinder, wait_for_transforms, warm_up
+from andabata.ros.startup import StartFinder, wait_for_transforms
 
 _TICK_NS = NS // 20
 """Half a control period [ns]: the relative cloud comes twice in one (paper, Table 3)."""
@@ -112,6 +114,7 @@ class NavigatorNode:
         sources: Mapping[str, str] | None = None,
         form: OutputForm | None = None,
         recording: LiveRecording | None = None,
+        path: Topic | None = None,
     ) -> None:
         """Assemble the navigator, compile it, and subscribe to its topics.
 
@@ -130,6 +133,7 @@ class NavigatorNode:
             sources: Frame of the only source that is read, by topic.
             form: Form of the output; None for the paper's.
             recording: Recording of what is used and published; None for none.
+            path: Topic of another planner's path to follow; None to drive to goals alone.
         """
         self._graph, self._status, self._recording = graph, status, recording
         self._output = NavigatorOutput(graph, form or OutputForm(), recording)
@@ -143,6 +147,9 @@ class NavigatorNode:
         self._counts, self._had_arrived = TickCounts(), False
         self._reported: set[str] = set()
         self._inbox.subscribe()
+        self._path_goals = PathGoals()
+        if path is not None:
+            graph.subscribe(path, self._path_goals.add)
         for topic in (*_PUBLISHED, *(topics.PLANNER_TOPICS if local_map else ())):
             self._output.advertise(topic)
 
@@ -164,7 +171,7 @@ class NavigatorNode:
         self._navigator.observers.append(self._publish)
 
     def set_goal(self, goal: NDArray[np.float64]) -> None:
-        """Drive to a goal in the map [m], shape (2,), until another is published."""
+        """Drive to a goal in the map [m], shape (2,), until another, or a path, is published."""
         self._inbox.goal = goal
 
     def run(
@@ -263,7 +270,9 @@ class NavigatorNode:
     def _step(self, now: float) -> None:
         """Process the other half, and publish virtual scan, command, pose and health."""
         readings = self._received(now)
-        goal = self._inbox.goal
+        goal = self._path_goals.goal(self._localizer.pose.position[:2])
+        if goal is None:
+            goal = self._inbox.goal
         if goal is not None:
             self._navigator.set_goal(goal)
             if self._recording is not None:
@@ -272,7 +281,7 @@ class NavigatorNode:
 
     def _report_failures(self) -> None:
         """Put failed checks into the diagnostics from now on, and tell the user of new ones."""
-        self._recorder.failures = self._inbox.failures
+        self._recorder.failures = [*self._inbox.failures, *self._path_goals.refusals]
         for text in self._recorder.failures:
             kind = _NUMBER.sub("", text)  # The numbers of a check change while the robot drives.
             if kind not in self._reported:

@@ -1,21 +1,17 @@
-"""Start of a live navigator: waits for transforms and for an initial pose, then compiles ahead."""
+"""Start of a live navigator: waits for transforms and for an initial pose."""
 
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.pose import Pose
-from andabata.machine.proprioception import GRAVITY, MICROTESLA
-from andabata.machine.sensor_readings import SensorReadings, Sweeps
-from andabata.navigation.navigator import Navigator
+from andabata.machine.sensor_readings import SensorReadings
 from andabata.records.messages import NS
 from andabata.records.topics import IMU, Ros
 from andabata.ros.datum_initializer import STATUS_INTERVAL, DatumInitializer, missing_readings
 from andabata.ros.graph import Graph, RosError
 from andabata.ros.sensor_inbox import SensorInbox
-from traversability.cloud import PointCloud
 
 POLL_NS = NS // 20
 """Time between two checks of what was received [ns]."""
@@ -153,32 +149,3 @@ def _joined(
     if kept is None or new is None:
         return new if kept is None else kept
     return np.concatenate([kept, new])[-_KEPT_ROWS:]
-
-
-def warm_up(navigator: Navigator, config: SimulatedRobotConfig) -> None:
-    """Send one control period of artificial readings through, so that all kernels are compiled.
-
-    Compilation takes seconds, which a robot on the move does not have.
-
-    Args:
-        navigator: Navigator; it is reset and has to be reset again before its use.
-        config: Configuration of the robot.
-    """
-    navigator.reset(Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])), 0.0)
-    readings = _artificial_readings(config)
-    navigator.step(readings)
-
-
-def _artificial_readings(config: SimulatedRobotConfig) -> SensorReadings:
-    """Return a tenth of a second of readings of a robot at rest, of every sensor."""
-    stamps = np.arange(1, 11) / 100
-    imu = np.column_stack([stamps, np.zeros((10, 5)), np.full(10, GRAVITY)])
-    wheels = np.column_stack([stamps, np.zeros((10, 2))])
-    flux = config.sensing.geo_reference.flux * MICROTESLA
-    mag = np.column_stack([stamps, np.tile(flux, (10, 1))])
-    lidar = config.sensing.lidar
-    beams = lidar.elevations(0, 1)
-    ranges = np.ones((1, beams.shape[-1]), dtype=np.float32)
-    sweep = Sweeps(stamps[:1], np.zeros(1), lidar.head_rate, lidar.beam_period, beams, ranges)
-    frame = PointCloud(np.ones((10, 3), dtype=np.float32), "sensor", stamps)
-    return SensorReadings(0.1, sweep, (frame,), imu=imu, encoders=wheels, mag=mag)

@@ -16,7 +16,10 @@ from traversability.dataset import config_hash
 LEDGER = "docs/results/ledger.jsonl"
 """Ledger of the splits, from the repository's root; an entry in it is no change of the code."""
 
-_PACKAGES = ("andabata", "numpy", "scipy", "torch", "open3d", "pybullet", "scikit-learn", "numba")
+_PACKAGES = (
+    *("andabata", "numpy", "scipy", "torch", "open3d", "pybullet", "scikit-learn", "numba"),
+    "mujoco",
+)
 
 
 def make_folder(folder: Path) -> Path:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support.bullet import module_needs_bullet
+from tests.support.plants import module_needs_bullet
 
 module_needs_bullet()
 

@@ -41,6 +41,7 @@ EXTRAS = {
     "imageio_ffmpeg": "extra mp4",
     "rerun": "extra rerun",
     "ray": "extra ray",
+    "mujoco": "extra mujoco",
     "zensical": "extra docs",
     "CSF": "extra peers",
     "pypatchworkpp": "extra peers",

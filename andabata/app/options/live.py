@@ -17,7 +17,7 @@ _GRAPH = "Graph"
 
 @dataclass(frozen=True)
 class LiveDriveOptions:
-    """Drive in a live graph: ``--start``, ``--goal``, ``--seconds``, ``--map``, ``--record``."""
+    """Drive in a live graph: ``--start``, ``--goal``, ``--path``, ``--seconds`` and more."""
 
     start: Annotated[
         str | None,
@@ -30,6 +30,14 @@ class LiveDriveOptions:
     goal: Annotated[
         str | None,
         typer.Option(metavar="X,Y", help="First goal, in metres; /goal gives others later."),
+    ] = None
+    path: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TOPIC",
+            help="Follow another planner's nav_msgs/Path, as Nav2's /plan, rather than goals; our "
+            "own /plan then needs another name.",
+        ),
     ] = None
     seconds: Annotated[
         float | None,

@@ -240,7 +240,7 @@ def vehicle(
     *,
     robot: Robot = "andabata",
     plant: Annotated[
-        str, typer.Option(help="Plant: bullet, wheels or kinematic.")
+        str, typer.Option(help="Plant: bullet, mujoco, wheels or kinematic.")
     ] = default_plant(),
     picture: Annotated[
         Path | None, typer.Option(help="Picture of turning and slopes to write, PNG.")
@@ -250,12 +250,13 @@ def vehicle(
 ) -> None:
     """Measure a body in a plant: turning, slopes, obstacles, tipping over.
 
-    The fast plants are compared with bullet, whichever is measured; all three drive over relief,
-    kerbs, roots, stems and plants. Bullet is left out where pybullet is not installed.
+    The other plants are compared with bullet, whichever is measured; all drive over relief,
+    kerbs, roots, stems and plants. Bullet and mujoco are left out where they are not installed.
 
     Examples:
         andabata bench vehicle
         andabata bench vehicle --plant wheels
+        andabata bench vehicle --plant mujoco --json
         andabata bench vehicle --robot husky --picture husky.png
         andabata bench vehicle --robot jackal --json
     """
@@ -287,9 +288,9 @@ def chain(
     controller: Annotated[
         str, typer.Option(help="policy+planner, policy, planner, reactive or another.")
     ] = "policy+planner",
-    plants: Annotated[str, typer.Option(help="Plants: kinematic, wheels, bullet.")] = ",".join(
-        reversed(available_plants())
-    ),
+    plants: Annotated[
+        str, typer.Option(help="Plants: kinematic, wheels, bullet, mujoco.")
+    ] = ",".join(name for name in reversed(available_plants()) if name != "mujoco"),
     beams: Annotated[str, typer.Option(help="Beams of a sweep: 1081, 541, 271.")] = "1081,541",
     robots: Annotated[str, typer.Option(help="Numbers of robots in the world: 1, 4, 16.")] = "1",
     steps: Annotated[int, typer.Option(min=10, help="Number of control steps of a run.")] = 300,

@@ -19,6 +19,13 @@ def doctor(
             "recordings, cache. Seconds; a minute at the first start, which compiles.",
         ),
     ] = False,
+    compile_kernels: Annotated[
+        bool,
+        typer.Option(
+            "--compile",
+            help="First compile all that a drive needs, on all cores; `make install` does so.",
+        ),
+    ] = False,
     output: ConsoleOptions,
 ) -> None:
     """Check the installation: versions, system libraries, package origins, optional packages.
@@ -29,10 +36,19 @@ def doctor(
         andabata doctor
         andabata doctor --json
         andabata doctor --self-test
+        andabata doctor --compile --quiet
     """
     from andabata.app.doctor.installation import check_installation, installation_text
 
-    console, installation = output.console(), check_installation()
+    console, compilation = output.console(), None
+    if compile_kernels:
+        from andabata.app.doctor import kernels
+
+        with console.progress("parts", len(kernels.PARTS) + 1) as step:
+            compilation = kernels.compile_kernels(on_part=lambda name: step(1))
+    installation = check_installation()
+    if compilation is not None:
+        installation["compilation"] = compilation
     text = installation_text(installation)
     if self_test:
         from andabata.app.doctor.self_test import self_test as run

@@ -131,6 +131,7 @@ def navigate(
         sources=sensors.sources(),
         start=drive.start_pose(),
         goal=drive.first_goal(),
+        path=drive.path,
         seconds=drive.seconds,
         local_map=drive.local_map,
         view=viewer.wanted(),

@@ -43,7 +43,7 @@ def evaluate_in_mazes(
     Args:
         policy: File of the policy.
         episodes: Number of episodes, spread over 60 mazes.
-        plant: Name of the vehicle's plant: ``kinematic``, ``wheels`` or ``bullet``.
+        plant: Name of the vehicle's plant: ``kinematic``, ``wheels``, ``bullet`` or ``mujoco``.
         first_world: World seed of the first maze.
         stage: Name of the training stage whose sensors are simulated.
         sectors: Number of sectors of the virtual scan (paper: 32).

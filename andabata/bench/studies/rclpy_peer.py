@@ -72,7 +72,9 @@ class Peer:
                 if tick % (100 // rates[kind]):
                     continue
                 second, rest = divmod(time.time_ns(), 1_000_000_000)
-                if kind != "twist":
+                if kind == "twist":
+                    message[kind].linear.x = time.time()
+                else:
                     message[kind].header.stamp.sec = second
                     message[kind].header.stamp.nanosec = rest
                 publisher.publish(message[kind])

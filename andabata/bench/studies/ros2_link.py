@@ -58,7 +58,11 @@ SENT = {
 }
 """Our topics by kind: reliable, and with the profile of sensors."""
 
-RECEIVED = {"cloud": _own("/peer/points", POINT_CLOUD), "imu": _own("/peer/imu", IMU)}
+RECEIVED = {
+    "cloud": _own("/peer/points", POINT_CLOUD),
+    "imu": _own("/peer/imu", IMU),
+    "twist": _own("/peer/twist", TWIST),
+}
 """Topics of the peer."""
 
 
@@ -140,9 +144,11 @@ def measure(
 def _taker(delays: list[float]) -> Callable[[Topic, RosMessage], None]:
     """Return the function that notes the delay of a message [s]."""
 
-    def take(_: Topic, message: RosMessage) -> None:
-        """Note the delay of a message."""
-        delays.append((time.time_ns() - header_ns(message)) / NS)
+    def take(topic: Topic, message: RosMessage) -> None:
+        """Note the delay of a message; a twist has its time as its speed."""
+        is_twist = topic.kind == TWIST
+        sent = message.linear.x if is_twist else header_ns(message) / NS
+        delays.append(time.time() - sent)
 
     return take
 

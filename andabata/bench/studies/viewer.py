@@ -252,7 +252,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=DEVELOPMENT_SEED, help="Seed of the drive.")
-    parser.add_argument("--plant", default="bullet", help="Plant: bullet, wheels or kinematic.")
+    parser.add_argument(
+        "--plant", default="bullet", help="Plant: bullet, mujoco, wheels or kinematic."
+    )
     parser.add_argument("--points", type=int, default=32_000, help="Number of points shown.")
     parser.add_argument("--seconds", type=float, default=8.0, help="Time to watch.")
     parser.add_argument("--json", action="store_true", help="Print one JSON object.")

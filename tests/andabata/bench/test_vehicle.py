@@ -12,9 +12,10 @@ from andabata.bench.vehicle import (
     measured_yaw_rate,
     vehicle_tables,
 )
+from andabata.machine.plants import available_plants
 from andabata.machine.robot import RobotModel
 from andabata.machine.vehicle import make_vehicle
-from tests.support.bullet import needs_bullet
+from tests.support.plants import MUJOCO, needs_bullet
 
 
 def test_the_distance_of_distributions_is_scipys():
@@ -26,9 +27,9 @@ def test_the_distance_of_distributions_is_scipys():
     assert distribution_distance(one, one) == 0.0
 
 
-@pytest.mark.parametrize("plant", ["wheels", "kinematic"])
+@pytest.mark.parametrize("plant", [MUJOCO, "wheels", "kinematic"])
 @pytest.mark.parametrize("rate", [0.3, -0.5])
-def test_fast_plants_turn_at_the_commanded_rate_on_flat_ground(plant, rate):
+def test_other_plants_turn_at_the_commanded_rate_on_flat_ground(plant, rate):
     """The measured yaw rate has the command's sign and nearly its size."""
     robot = RobotModel()
     made = make_vehicle(plant, flat_world(), robot, np.random.default_rng(0))
@@ -56,7 +57,7 @@ def test_parts_are_run_in_their_order_and_counted(monkeypatch):
     assert list(found) == ["turning", "slopes", "obstacles", "tipping", "plants", "ground"]
     assert found["ground"] == [7]
     assert found["slopes"] == "slopes"
-    assert found["plants"] == [("wheels", 7), ("kinematic", 7)]
+    assert found["plants"] == [(plant, 7) for plant in available_plants() if plant != "bullet"]
     assert len(steps) == 6
     monkeypatch.setattr(vehicle, "has_bullet", lambda: False)
     assert bench_vehicle(RobotModel(), 7)["plants"] == []
@@ -74,7 +75,7 @@ def test_obstacles_of_a_table_are_called_so():
         "contact",
     ]
     assert tables["tipping over"] == [{"a": 1}]
-    assert tables["fast plants against bullet"] == [{"b": 2}]
+    assert tables["other plants against bullet"] == [{"b": 2}]
     assert tables["10 s over ground 1.5 m ahead, in all plants"] == []
 
 

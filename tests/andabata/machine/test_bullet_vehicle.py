@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.bullet import module_needs_bullet
+from tests.support.plants import module_needs_bullet
 
 module_needs_bullet()
 

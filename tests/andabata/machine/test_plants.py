@@ -12,6 +12,7 @@ from andabata.machine.plants import (
     default_plant,
     default_remark,
     has_bullet,
+    has_mujoco,
     is_published,
 )
 from andabata.machine.vehicle import make_vehicle
@@ -29,6 +30,7 @@ def test_the_default_is_the_first_that_is_here(bullet):
     """A robot drives in bullet, or in wheels where pybullet is not installed."""
     assert has_bullet() is bullet
     assert available_plants() == (*(("bullet",) * bullet), "wheels", "kinematic")
+    assert not has_mujoco()
     assert default_plant() == ("bullet" if bullet else "wheels")
     assert SimulatedRobotConfig().plant == default_plant()
     assert SimulatedRobotConfig(plant="bullet").plant == "bullet"  # As in a recording.
@@ -44,6 +46,18 @@ def test_bullet_is_refused_where_it_is_missing(bullet, make_ground):
             check_plant("bullet")
         with pytest.raises(PlantError, match=expected):
             make_vehicle("bullet", make_ground(size=4.0), None, None)
+
+
+def test_mujoco_is_refused_where_it_is_missing_and_is_never_the_default(monkeypatch, make_ground):
+    """The error has the line that installs it; without pybullet, wheels come before it."""
+    monkeypatch.setattr(plants, "find_spec", {"pybullet": object()}.get)
+    expected = r"since mujoco is not installed, got mujoco; .* `pip install .*\[mujoco\]"
+    with pytest.raises(PlantError, match=expected):
+        make_vehicle("mujoco", make_ground(size=4.0), None, None)
+    monkeypatch.setattr(plants, "find_spec", {"mujoco": object()}.get)
+    assert available_plants() == ("mujoco", "wheels", "kinematic")
+    assert default_plant() == "wheels"
+    check_plant("mujoco")
 
 
 def test_what_brings_bullet_depends_on_python(monkeypatch):

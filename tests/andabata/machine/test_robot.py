@@ -13,7 +13,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.vehicle import make_vehicle
 from andabata.training.plans import load_plan
-from tests.support.bullet import BULLET
+from tests.support.plants import BULLET
 from worlds.world import Start
 
 NAMES = ("andabata", "husky", "jackal")

@@ -13,7 +13,7 @@ from andabata.machine.wheels.vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
 from terrain.generators import smooth_noise
 from terrain.objects import box, frustum
-from tests.support.bullet import BULLET, needs_bullet
+from tests.support.plants import ALL_PLANTS, needs_bullet
 from worlds.world import Start
 
 ROBOT = RobotModel()
@@ -29,7 +29,7 @@ def twist(vehicle, speed, rate, seconds):
     return vehicle.drive(KINEMATICS.wheel_speeds(speed, rate), round(seconds * 100))
 
 
-@pytest.fixture(params=[BULLET, "wheels", "kinematic"])
+@pytest.fixture(params=ALL_PLANTS)
 def plant(request):
     return request.param
 
@@ -166,7 +166,9 @@ def test_speeds_that_are_no_numbers_are_refused(make_ground, plant, wheels):
 
 def test_an_unknown_plant_is_refused(make_ground):
     """A plant of another name is an error that lists the known ones."""
-    with pytest.raises(ValueError, match="expected one of bullet, wheels, kinematic, got 'hover'"):
+    with pytest.raises(
+        ValueError, match="expected one of bullet, mujoco, wheels, kinematic, got 'hover'"
+    ):
         make_vehicle("hover", make_ground(size=4.0), ROBOT, np.random.default_rng(0))
 
 

@@ -13,7 +13,7 @@ from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.simulator import SensingConfig, Simulator
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
-from tests.support.bullet import BULLET, needs_bullet
+from tests.support.plants import ALL_PLANTS, needs_bullet
 from tests.support.walking_worlds import peopled, walker
 from worlds.rays.scene import RayScene
 from worlds.world import Start
@@ -24,7 +24,7 @@ EXACT = LidarConfig(noise=0.0, dropout=0.0, mixed=0.0)
 ORIGIN = Start(0.0, 0.0, 0.0)
 
 
-@pytest.fixture(params=[BULLET, "wheels", "kinematic"])
+@pytest.fixture(params=ALL_PLANTS)
 def plant(request):
     return request.param
 

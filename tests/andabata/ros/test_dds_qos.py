@@ -5,6 +5,7 @@ from itertools import product
 import pytest
 
 from andabata.records import topics
+from andabata.records.topics import Topic
 from andabata.ros.dds_qos import Profile, publisher_profile, subscriber_profiles
 from tests.support.ros2_tools import needs_dds
 
@@ -26,11 +27,15 @@ def test_sensors_are_received_from_every_publisher():
 
 
 def test_events_are_received_latched_or_not_but_reliably():
-    """A goal arrives from RViz (volatile) and from a latched publisher, not from best effort."""
-    asked = subscriber_profiles(topics.GOAL)
-    for publisher in PROFILES:
-        arrives = any(publisher.can_serve(each) for each in asked)
-        assert arrives == publisher.is_reliable
+    """A goal arrives from RViz (volatile) and from a latched publisher, not from best effort.
+
+    So does another planner's path.
+    """
+    path = Topic("/plan", "/plan", topics.PATH, None)
+    for asked in (subscriber_profiles(topics.GOAL), subscriber_profiles(path)):
+        for publisher in PROFILES:
+            arrives = any(publisher.can_serve(each) for each in asked)
+            assert arrives == publisher.is_reliable
 
 
 def test_outputs_serve_viewers_and_costmaps():

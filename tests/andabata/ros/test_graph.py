@@ -30,6 +30,13 @@ def test_a_remapped_name_is_absolute_and_may_be_given_by_either_of_ours():
         assert names.of(topics.FIX) == "/robot1/fix"
 
 
+def test_a_topic_that_the_user_names_is_not_remapped():
+    """Another planner's /plan is read under its name while ours is published under another."""
+    names = TopicNames(2, "/robot1", {"/plan": "/local_plan"})
+    assert names.of(topics.PLAN) == "/local_plan"
+    assert names.of(Topic("/plan", "/plan", topics.PATH, None)) == "/plan"
+
+
 def test_names_that_cannot_be_are_errors():
     """An unknown topic, a namespace without a slash, and a digit at the begin in ROS 2."""
     with pytest.raises(RosError, match=r"expected one of .*got /imus"):

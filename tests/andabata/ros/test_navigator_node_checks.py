@@ -11,8 +11,9 @@ from andabata.models import Models
 from andabata.navigation.controller import Steering
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.reactive import StraightController
-from andabata.records import topics
-from andabata.records.messages import NS
+from andabata.records import map_messages, topics
+from andabata.records.messages import NS, MessageBuilder
+from andabata.records.topics import Topic
 from andabata.ros.navigator_node import NavigatorNode
 from tests.support import computed_bags
 from tests.support.computed_bags import restamped, stamp_of
@@ -41,9 +42,10 @@ def edited(rows, topic, edit):
     return found
 
 
-def run(rows, faults=(), **options):
+def run(rows, faults=(), others=(), **options):
     """Return the result of a node, its status lines, and the diagnostics that it published."""
-    messages = sorted(((row.stamp_ns, row.topic, row.content) for row in rows), key=lambda m: m[0])
+    sensed = [(row.stamp_ns, row.topic, row.content) for row in rows]
+    messages = sorted((*sensed, *others), key=lambda m: m[0])
     graph, status = PlayedGraph(messages, messages[0][0], messages[-1][0]), []
     config = SimulatedRobotConfig(faults=faults)
     steering = Steering(StraightController(config.robot.speed), LocalPlanner(config.grid))
@@ -53,6 +55,22 @@ def run(rows, faults=(), **options):
     found = node.run(Pose.from_euler(np.zeros(3), 0.0, 0.0, 0.0))
     published = [m.status[0] for _, topic, m in graph.messages if topic is topics.DIAGNOSTICS]
     return found, status, published
+
+
+class Recording:
+    """Recording that keeps the goals alone."""
+
+    def __init__(self):
+        self.goals = []
+
+    def add_goal(self, now, goal):
+        """Keep a goal [m]."""
+        self.goals.append(goal)
+
+    def begin(self, *_):
+        """Keep nothing."""
+
+    add_update = add_readings = write = begin
 
 
 def test_a_gyro_of_the_wrong_sign_is_in_the_diagnostics(rows):
@@ -123,3 +141,20 @@ def test_bursts_are_spread_over_the_time_before_them(rows):
     assert found["refused"] == 0
     assert found["health"] == "ok"
     assert any("readings come in bursts of " in text for text in found["remark_texts"])
+
+
+def test_another_planners_path_is_followed_in_place_of_a_goal(rows):
+    """Goals on record move along the path; one in another frame is in the diagnostics."""
+    plan, begin = Topic("/plan", "/plan", topics.PATH, None), rows[0].stamp_ns
+    builder = MessageBuilder(1, begin)
+    places = np.column_stack([np.arange(0.0, 30.0, 0.5), np.zeros(60), np.zeros(60)])
+    there, own = (map_messages.path(builder, 1.0, places) for _ in range(2))
+    aside = map_messages.path(builder, 1.0, places[:, [1, 0, 2]])
+    there.header.frame_id = aside.header.frame_id = "map"
+    others = [(begin + k * NS, "/plan", each) for k, each in enumerate((there, own, aside), 1)]
+    recording = Recording()
+    _, status, published = run(rows, others=others, path=plan, recording=recording)
+    goals = np.unique(recording.goals, axis=0)
+    assert goals.tolist() == [[0.0, 4.5], [4.0, 0.0]]
+    assert any("expected a path in map, got one in odom" in line for line in status)
+    assert "got one in odom" in published[-1].message

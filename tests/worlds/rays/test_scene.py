@@ -9,7 +9,7 @@ from andabata.bench.embree import EmbreeScene
 from terrain.classes import TRAITS, SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject, box
-from tests.support.bullet import needs_bullet
+from tests.support.plants import needs_bullet
 from worlds.catalogue import make_world
 from worlds.rays.geometry import NO_CLASS
 from worlds.rays.scene import RayScene

@@ -5,9 +5,9 @@ import pytest
 from PIL import Image
 
 from terrain.classes import SemanticClass
-from tests.support.bullet import needs_bullet
 from tests.support.collada_files import crate
 from tests.support.mesh_files import angle_bar, block, ranges, save, torus
+from tests.support.plants import needs_bullet
 from tests.support.sdf_worlds import CUBE, PLANE, POST, document, pose, read, solid
 from tests.support.true_maps import solid_at
 from worlds.rays.scene import RayScene

@@ -16,7 +16,7 @@ from andabata.app.doctor.installation import (
 )
 from andabata.distribution import HOME
 from andabata.machine.plants import bullet_step
-from tests.support.bullet import needs_bullet
+from tests.support.plants import needs_bullet
 
 
 def test_a_package_has_a_version_or_a_reason():

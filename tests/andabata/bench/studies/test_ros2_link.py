@@ -21,7 +21,7 @@ def test_clouds_and_readings_pass_both_ways(reliable, monkeypatch):
         assert readings["received"] >= 198
         # Wide, since the machine may be busy: the study measures.
         assert clouds["median_ms"] < 50
-    assert found["to_rclpy"]["twist"]["received"] == 20
+        assert found[way]["twist"]["received"] >= 19
     assert found["dropped"] == 0
     assert ["andabata_link", "/"] in found["nodes"]
     assert found["topics"]["/cmd_vel"] == ["geometry_msgs/msg/Twist"]

@@ -1,15 +1,20 @@
-"""pybullet on this Python: tests of the bullet plant are left out without it."""
+"""Plants of the vehicle as parameters of tests; those of an engine that is missing are skipped."""
 
 import pytest
 
-from andabata.machine.plants import has_bullet
+from andabata.machine.plants import has_bullet, has_mujoco
 
 NO_BULLET = "pybullet is not installed (it is published for Python up to 3.11)"
 
 needs_bullet = pytest.mark.skipif(not has_bullet(), reason=NO_BULLET)
+needs_mujoco = pytest.mark.skipif(
+    not has_mujoco(), reason="mujoco is not installed (extra `mujoco`)"
+)
 
 BULLET = pytest.param("bullet", marks=needs_bullet)
-"""The plant among the parameters of a test."""
+MUJOCO = pytest.param("mujoco", marks=needs_mujoco)
+
+ALL_PLANTS = [BULLET, MUJOCO, "wheels", "kinematic"]
 
 
 def module_needs_bullet():

@@ -4,8 +4,8 @@ import pytest
 
 from andabata.reference import FOLDER, pages
 from andabata.reference.__main__ import main
-from tests.support.bullet import needs_bullet
 from tests.support.documents import ROOT
+from tests.support.plants import needs_bullet
 
 PAGES = pages()
 

@@ -3,12 +3,12 @@
 import json
 
 import pytest
-from tests.support.bullet import needs_bullet
 
 from andabata.app.cli import main
 from andabata.evaluation import ledger
 from andabata.evaluation.judging import JUDGED_BESIDE
 from andabata.evaluation.ledger import read_ledger
+from tests.support.plants import needs_bullet
 from worlds.splits import EVALUATION_START, judging_world
 
 

@@ -12,7 +12,7 @@ APT_PACKAGES := libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1
 
 # What a newer Python could change: compiled kernels, plants without bullet, drives, learning, types
 # of settings, files, and the command line.
-NEWER_TESTS := tests/terrain tests/rl tests/worlds/test_bodies.py tests/andabata/machine \
+NEWER_TESTS := tests/terrain tests/rl tests/andabata/machine \
 	tests/andabata/assembly tests/andabata/configuration tests/andabata/runs tests/test_journey.py \
 	tests/andabata/test_engine.py tests/andabata/test_engine_processes.py \
 	tests/andabata/app/doctor tests/andabata/app/test_cli.py tests/andabata/app/test_driven_plant.py

@@ -12,6 +12,9 @@ from andabata.machine.geo_reference import MAX_ALTITUDE, MAX_LATITUDE_DEG, MIN_A
 MAX_SIGMA = 1000.0
 """Largest standard deviation of an accepted fix [m]."""
 
+_FAR = 1e6
+"""Altitude that no receiver on Earth has [m]."""
+
 NO_COVARIANCE = "no covariance: the default is taken"
 """Assumption about a fix without a covariance."""
 
@@ -47,6 +50,22 @@ def reports_no_fix(fixes: NDArray[np.float64]) -> NDArray[np.bool_]:
     """
     whole = np.isfinite(fixes[:, 1]) == np.isfinite(fixes[:, 2])
     return np.isposinf(fixes[:, 4]) & whole & np.isfinite(fixes[:, 0])
+
+
+def is_impossible(fixes: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which rows have numbers that no receiver sends, with a fix or without one.
+
+    Args:
+        fixes: Rows as in ``check_fixes``.
+
+    Returns:
+        True for a place that is no place on Earth, half a place, or a negative variance, bool,
+        shape (k,). A place that is no number, or zero, is that of a receiver without a fix.
+    """
+    latitude, longitude, altitude, variance = fixes[:, 1:].T
+    half = np.isnan(latitude) != np.isnan(longitude)
+    far = (np.abs(latitude) > 90) | (np.abs(longitude) > 360) | (np.abs(altitude) > _FAR)
+    return half | far | (variance < 0)
 
 
 def check_fixes(fixes: NDArray[np.float64]) -> FixCheck:

@@ -17,6 +17,9 @@ MAX_WHEEL_SPEED = 500.0
 MAX_FORCE = 500.0
 """Largest specific force that counts [m/s2]: no inertial unit of a robot measures more."""
 
+MAX_FLUX = 1e6
+"""Largest component of a flux density that counts, in whatever unit: the Earth's is 65,000 nT."""
+
 LEFT, RIGHT = 1, 2
 """Columns of an encoder row [rad/s]."""
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.localization.measurements import FORCE, STAMP
-from andabata.localization.plausibility_period import examine_period
+from andabata.localization.plausibility_period import count_broken_forces, examine_period
 from andabata.localization.sense_watch import (
     DOUBTS,
     JUMP,
@@ -102,6 +102,8 @@ class Plausibility:
             self.unused["gravity"][_REASONS[Doubt.SCALE]] += len(imu)
             imu = imu.copy()
             imu[:, FORCE:] = np.nan
+        elif broken := count_broken_forces(imu):
+            self.unused["gravity"][INVALID] += broken
         oldest = now - self._config.max_age
         wheels = self._without_stale("wheels", rows.wheels, oldest)
         mag = self._without_stale("compass", rows.mag, oldest)
@@ -160,6 +162,9 @@ class Plausibility:
             for name, doubt in self.doubts.items()
         )
 
+
+INVALID = "invalid"
+"""Reason why the force of single rows is not used, which the filter passes over."""
 
 STALE = "stale: too old or out of order"
 """Reason why single rows are not used."""

@@ -98,7 +98,8 @@ def examine_period(
         x: State, shape (20,).
 
     Returns:
-        Number of senses that are not believed, and of those with rows that are stale.
+        Number of senses that are not believed, and of those with rows that are stale or, of the
+        accelerometer, invalid.
     """
     watch = watch_of(memory)
     v = watch.limits
@@ -129,7 +130,29 @@ def examine_period(
     for sense in range(4):
         found += watch.doubts[sense] != 0
     oldest = now - limits.max_age
-    return found + _has_stale(wheels, oldest) + _has_stale(mag, oldest)
+    found += _has_stale(wheels, oldest) + _has_stale(mag, oldest)
+    return found + (count_broken_forces(imu) > 0)
+
+
+@borrowing_kernel
+def count_broken_forces(imu: NDArray[np.float64]) -> int:
+    """Return the number of inertial rows whose force alone is invalid.
+
+    Without any number there is no accelerometer, and nothing to count.
+
+    Args:
+        imu: Inertial rows, shape (k, 7).
+    """
+    broken = 0
+    for k in range(len(imu)):
+        valid, numbers, finite = bool(np.isfinite(imu[k, STAMP])), 0, 0
+        for c in range(GYRO, FORCE):
+            valid = valid and abs(imu[k, c]) < MAX_GYRO_RATE
+        for c in range(FORCE, FORCE + 3):
+            numbers += not np.isnan(imu[k, c])
+            finite += np.isfinite(imu[k, c])
+        broken += valid and numbers > 0 and finite < 3
+    return broken
 
 
 @borrowing_kernel

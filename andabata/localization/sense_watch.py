@@ -118,6 +118,8 @@ class Watch(NamedTuple):
         speeds: Speed by the wheels in each period [m/s], NaN if unknown, shape (128,).
         gaps: Difference of that speed, with each of ``LAGS``, from the integral [m/s], shape
             (384,): the periods of the first one, then those of the next.
+        step: Stamp [s] and speed [m/s] of the last encoder row, end of the period of the last step
+            [s] and its size [m/s], shape (4,).
     """
 
     limits: NDArray[np.float64]
@@ -148,6 +150,7 @@ class Watch(NamedTuple):
     jump: NDArray[np.float64]
     speeds: NDArray[np.float64]
     gaps: NDArray[np.float64]
+    step: NDArray[np.float64]
 
 
 def fresh_memory(limits: PlausibilityConfig, wheel: Wheel, now: float) -> NDArray[np.float64]:
@@ -187,6 +190,7 @@ def fresh_memory(limits: PlausibilityConfig, wheel: Wheel, now: float) -> NDArra
         jump=np.zeros(1),
         speeds=np.full(PERIODS, np.nan),
         gaps=np.full(len(LAGS) * PERIODS, np.nan),
+        step=np.array([-np.inf, 0.0, -np.inf, 0.0]),
     )
     return np.concatenate(parts)
 
@@ -228,7 +232,8 @@ def watch_of(memory: NDArray[np.float64]) -> Watch:
         m[q + 3 : q + 6],
         m[q + 6 : q + 7],
         m[q + 7 : q + 7 + PERIODS],
-        m[q + 7 + PERIODS :],
+        m[q + 7 + PERIODS : q + 7 + (1 + len(LAGS)) * PERIODS],
+        m[q + 7 + (1 + len(LAGS)) * PERIODS :],
     )
 
 

@@ -1,7 +1,8 @@
 """Supervision of the filter's sensors: timeouts, long rejection, and warnings."""
 
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,9 @@ from andabata.localization.filter_state import YAW, X, Y
 from andabata.localization.localizer import Health
 from andabata.localization.ukf_config import UkfConfig
 from terrain.kernel import borrowing_kernel
+
+_NONE: Mapping[str, str] = MappingProxyType({})
+"""No warnings."""
 
 _MEDIAN_OF = 5
 """Number of fixes whose median offset is compared."""
@@ -51,6 +55,7 @@ class SensorMonitor:
         )
         self._fix_intervals: deque[float] = deque(maxlen=_LAST_INTERVALS)
         self._no_fix = stamp  # Last report of the receiver that it has none.
+        self._impossible: float | None = None  # First impossible fix since the last good one.
         self._inflated = dict(self._accepted)
         self._inflations = dict.fromkeys(self._accepted, 0)
         # Offsets [m] from the estimate of fixes since the last accepted one, and the way since [m].
@@ -64,6 +69,8 @@ class SensorMonitor:
         interval = stamp - self._received[sensor]
         if sensor == "gnss" and 0.0 < interval <= self._config.gnss_timeout:
             self._fix_intervals.append(interval)
+        if sensor == "gnss":
+            self._impossible = None
         self._received[sensor] = stamp
 
     def accept(self, sensor: str, stamp: float) -> None:
@@ -89,6 +96,11 @@ class SensorMonitor:
         """Record that the receiver reported at a time [s] that it has no fix."""
         self._no_fix = stamp
 
+    def report_impossible_fix(self, stamp: float) -> None:
+        """Record that the receiver sent numbers at a time [s] that none can have."""
+        if self._impossible is None:
+            self._impossible = stamp
+
     def longest_gap(self, periods: float) -> float:
         """Return the time of some of the receiver's own periods [s].
 
@@ -105,6 +117,8 @@ class SensorMonitor:
         config, received = self._config, self._received["gnss"]
         since, last = now - self._accepted["gnss"], max(received, self._no_fix)
         silence, loss = map(self.longest_gap, (config.gnss_periods, config.no_fix_periods))
+        if self._impossible is not None:
+            return f"gnss: sends numbers that no fix can have, for {now - self._impossible:.1f} s"
         if now - last > silence + _TIME_TOLERANCE:
             why = "no valid reading arrives"
         elif now - received > loss + _TIME_TOLERANCE:
@@ -173,7 +187,11 @@ class SensorMonitor:
         return float(np.hypot(*self._offsets[-1])) if self._has_jumped else None
 
     def warnings(
-        self, now: float, P: NDArray[np.float64], doubted: Collection[str] = ()
+        self,
+        now: float,
+        P: NDArray[np.float64],
+        doubted: Collection[str] = (),
+        arrivals: Mapping[str, str] = _NONE,
     ) -> tuple[str, ...]:
         """Return what is wrong with sensors and estimate, one text each.
 
@@ -181,6 +199,8 @@ class SensorMonitor:
             now: Stamp of the state [s].
             P: Covariance of the state, shape (20, 20).
             doubted: Sensors that are not believed, for a reason that is told elsewhere.
+            arrivals: Warnings about what arrives too seldom or too late, by sensor; those of a
+                sensor with another warning are left out.
         """
         found = []
         for name, stamps, limit in self._timeouts:
@@ -192,6 +212,9 @@ class SensorMonitor:
         jump = self._jump()
         if jump is not None and not any(text.startswith("gnss") for text in found):
             found.append(f"gnss: off by {jump:.0f} m, farther than the robot can have driven")
+        if arrivals:
+            named = {text.split(":")[0] for text in found}.union(doubted)
+            found += [text for name, text in arrivals.items() if name not in named]
         position, yaw = _uncertainty(P)
         most, widest = self._config.lost_position, self._config.lost_yaw
         if position > most:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from andabata.localization.antenna import remove_lever_arm
+from andabata.localization.arrival_rate import ArrivalRate
 from andabata.localization.estimator_status import EstimatorStatus
 from andabata.localization.filter_parameters import BodyParameters, FilterModel, NoiseModel
 from andabata.localization.filter_period import (
@@ -44,7 +45,7 @@ from andabata.localization.filter_state import (
     Y,
     Z,
 )
-from andabata.localization.fix_check import reports_no_fix
+from andabata.localization.fix_check import is_impossible, reports_no_fix
 from andabata.localization.fix_conversion import FixConverter
 from andabata.localization.fix_repetition import FixRepetition
 from andabata.localization.heading_alignment import HeadingAlignment
@@ -141,6 +142,7 @@ class UkfLocalizer:
         self._plausibility = Plausibility(
             config.plausibility, Wheel(robot.wheel_radius, self._yaw_rate_per_wheel)
         )
+        self._arrivals = ArrivalRate()
         self.set_geo_reference(geo_reference)
         self._workspace = packed(Workspace.allocate())
         self._buffer = ReplayBuffer(config.max_delay)
@@ -193,6 +195,7 @@ class UkfLocalizer:
         self._alignment = HeadingAlignment()
         self._monitor = SensorMonitor(self._config, stamp)
         self._plausibility.reset(stamp)
+        self._arrivals.reset(stamp)
         self._repetition = FixRepetition(self._config.repetition)
         self._wheel_scale = WheelScale(self._config.wheel_scale)
         self._reported: tuple[str, ...] = ()
@@ -211,7 +214,8 @@ class UkfLocalizer:
             readings: Readings of the period.
         """
         before = self._counts.tolist()
-        fixes = self._fixes_in_map(readings)
+        given = _rows(readings.gnss, 5)
+        fixes = self._fixes_in_map(given, readings)
         punctual = fixes
         if len(fixes):
             late = fixes[:, 0] < self._now - STAMP_TOLERANCE
@@ -221,6 +225,7 @@ class UkfLocalizer:
         rows = SenseRows(
             _rows(readings.imu, 7), _rows(readings.encoders, 3), _rows(readings.mag, 4)
         )
+        self._arrivals.update(readings.stamp, *rows, given)
         rows = self._plausibility.believed(readings.stamp, self._now, rows, self._x)
         imu, noise = self._inertial_rows(readings.stamp, rows)
         measurements = self._with_waiting(rows, imu, punctual)
@@ -238,11 +243,14 @@ class UkfLocalizer:
         if not self._is_valid:
             self._restart(readings.stamp)
 
-    def _fixes_in_map(self, readings: SensorReadings) -> NDArray[np.float64]:
+    def _fixes_in_map(
+        self, given: NDArray[np.float64], readings: SensorReadings
+    ) -> NDArray[np.float64]:
         """Return the valid fixes as rows of ``Measurements.gnss``, without the lever arm."""
-        given = _rows(readings.gnss, 5)
         if not len(given):
             return _NO_FIXES
+        if is_impossible(given).any():
+            self._monitor.report_impossible_fix(readings.stamp)
         reports = given[reports_no_fix(given), 0]
         if len(reports) and reports.max() > readings.stamp - self._config.max_delay:
             self._monitor.report_no_fix(readings.stamp)
@@ -521,14 +529,17 @@ class UkfLocalizer:
     def warnings(self) -> tuple[str, ...]:
         """Warnings about sensors and estimate, and what was reported; empty without any."""
         repetition, doubted = self._repetition, list(self._plausibility.doubts)
+        arrivals = self._arrivals.warnings()
         if not (doubted or repetition.is_frozen):
-            return self._reported + self._monitor.warnings(self._now, self._P)
+            return self._reported + self._monitor.warnings(self._now, self._P, (), arrivals)
         causes = self._plausibility.warnings(self._now)
         if repetition.is_frozen:
             time = self._now - repetition.since
             causes += (f"gnss: repeats its last fix while the wheels turn, for {time:.1f} s",)
             doubted.append("gnss")
-        return self._reported + causes + self._monitor.warnings(self._now, self._P, doubted)
+        return (
+            self._reported + causes + self._monitor.warnings(self._now, self._P, doubted, arrivals)
+        )
 
     @property
     def health(self) -> Health:
@@ -557,8 +568,9 @@ class UkfLocalizer:
                 reasons = self._converter.rejected
                 late = row[REJECTED] - reasons.total()
                 invalid = reasons + Counter({_LATE: late})
-            found = {_GATED: row[GATED], _DISTURBED: row[DISTURBED], **invalid}
-            found |= self._plausibility.unused[name]
+            found = Counter({_GATED: row[GATED], _DISTURBED: row[DISTURBED]})
+            found.update(invalid)
+            found.update(self._plausibility.unused[name])
             unused[name] = {reason: number for reason, number in found.items() if number}
         return {name: reasons for name, reasons in unused.items() if reasons}
 

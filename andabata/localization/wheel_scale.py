@@ -44,7 +44,8 @@ class WheelScale:
     """Compares the way by the wheels with the fixes.
 
     Attributes:
-        is_wrong: True if the fixes contradict the wheels, false if they agree, None without proof.
+        is_wrong: True if the fixes contradict the wheels, twice in a row; false if they agree; None
+            without proof.
     """
 
     def __init__(self, config: WheelScaleConfig) -> None:
@@ -57,6 +58,7 @@ class WheelScale:
         noises = config.least_noise, config.most_noise
         self._limits = config.ratio, config.sigmas, *noises
         self._rows = np.full((config.fixes, 5), -np.inf)
+        self._verdict = _UNKNOWN
         self.is_wrong: bool | None = None
 
     def add(self, stamp: float, fix: NDArray[np.float64], way: NDArray[np.float64]) -> None:
@@ -72,7 +74,10 @@ class WheelScale:
         rows[:-1] = rows[1:]
         rows[-1] = stamp, *fix, *way
         is_full = stamp - self.begin <= self._config.time
-        self.is_wrong = _VERDICTS[_judge(rows, *self._limits)] if is_full else None
+        before, self._verdict = self._verdict, _judge(rows, *self._limits) if is_full else _UNKNOWN
+        # One fix beside the others is enough for the limits, now and then: the next one is not.
+        is_first = self._verdict == _IS_WRONG and before != _IS_WRONG
+        self.is_wrong = None if is_first else _VERDICTS[self._verdict]
 
     @property
     def begin(self) -> float:

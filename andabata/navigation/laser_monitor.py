@@ -1,7 +1,8 @@
 """Supervision of the laser: the robot drives by what arrives, not by the age of a cloud.
 
 A laser that sends nothing, nothing but invalid ranges, or the same ranges again while its head
-turns or the robot moves, is silent. Noise never repeats itself to the bit.
+turns or the robot moves, is silent. Noise never repeats itself to the bit. One that sends far fewer
+sweeps than usual, or whose ranges change all at once, is not believed.
 """
 
 import math
@@ -13,8 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from andabata.localization.arrival_rate import (
+    COLUMNS,
+    DOUBT,
+    RATE,
+    USUAL_RATE,
+    arrival_warning,
+    follow_arrivals,
+)
 from andabata.machine.pose import PoseTrack
 from andabata.machine.sensor_readings import SensorReadings, Sweeps
+from andabata.navigation.range_plausibility import RangePlausibility, has_impossible
 from traversability.cloud import PointCloud
 
 _KNOWN_INTERVALS = 3
@@ -65,6 +75,7 @@ class LaserMonitor:
             config: Limits.
         """
         self._config = config
+        self._ranges = RangePlausibility()
         self.reset()
 
     def reset(self) -> None:
@@ -78,34 +89,62 @@ class LaserMonitor:
         self._limit = max(_UNKNOWN_LIMIT, self._config.timeout)
         self._last: NDArray[np.float32] | None = None
         self._last_angle = np.nan
+        self._newest = 0.0
+        self._ranges.reset()
+        self._rate = np.zeros(COLUMNS)
+
+    @property
+    def is_usable(self) -> bool:
+        """True unless the laser is silent or what it sends is not believed."""
+        return not (self.is_silent or self._ranges.is_doubted or self._rate[DOUBT])
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """What is wrong with the laser, for the health word; empty while it is not silent."""
-        if not self.is_silent or self._arrival is None:
-            return ()
-        return (f"laser: silent for {self._now - self._arrival:.1f} s{self._reason}",)
+        """What is wrong with the laser, for the health word; empty while it is usable."""
+        if self.is_silent and self._arrival is not None:
+            return (f"laser: silent for {self._now - self._arrival:.1f} s{self._reason}",)
+        if self._ranges.is_doubted:
+            return (self._ranges.warning(self._now),)
+        if self._rate[DOUBT]:
+            return (arrival_warning("laser", self._rate, self._now),)
+        return ()
 
     def update(self, readings: SensorReadings, track: PoseTrack) -> SensorReadings:
-        """Take in what arrived; return the readings without ranges that repeat the last ones.
+        """Take in what arrived; return the readings without ranges that are not believed.
 
         Args:
             readings: Readings of a period.
             track: Estimated poses by stamp, until the end of the period.
         """
-        self._now = stamp = readings.stamp
+        dt, self._now = readings.stamp - self._now, readings.stamp
         sweeps, frames, horizontal = readings.sweeps, readings.frames, readings.horizontal
+        count = 0
         if sweeps is not None and len(sweeps.stamps):
-            if self._take(sweeps.ranges, float(sweeps.stamps[-1]), self._turned(sweeps), track):
+            count = len(sweeps.stamps)
+            if not self._take_sweeps(sweeps, track):
                 readings = replace(readings, sweeps=None)
         elif frames:
-            if self._take_frames(frames, track):
+            count = len(frames)
+            if not self._take_frames(frames, track):
                 readings = replace(readings, frames=())
-        elif horizontal is not None and self._take_horizontal(horizontal, track):
-            readings = replace(readings, horizontal=None)
-        silence = 0.0 if self._arrival is None else stamp - self._arrival
+        elif horizontal is not None:
+            count = 1
+            if not self._take_horizontal(horizontal, track):
+                readings = replace(readings, horizontal=None)
+        count = count if self._arrival == self._now else 0
+        if self.is_silent and count:  # The robot goes on with the first ranges after a silence.
+            self._rate[RATE] = self._rate[USUAL_RATE]
+        follow_arrivals(self._rate, self._now, dt, count, self._newest)
+        silence = 0.0 if self._arrival is None else self._now - self._arrival
         self.is_silent = silence > self._limit + _TOLERANCE
         return readings
+
+    def _take_sweeps(self, sweeps: Sweeps, track: PoseTrack) -> bool:
+        """Take sweeps; return true if they are believed."""
+        is_possible = self._ranges.is_possible(sweeps)
+        newest, has_turned = float(sweeps.stamps[-1]), self._turned(sweeps)
+        believed = self._take(sweeps.ranges, newest, is_possible, has_turned, track)
+        return believed and not self._ranges.is_doubted
 
     def _turned(self, sweeps: Sweeps) -> bool:
         """Return true if the head has turned from sweep to sweep."""
@@ -114,49 +153,60 @@ class LaserMonitor:
         return bool(angles[0] != before or (len(angles) > 1 and angles[-1] != angles[0]))
 
     def _take_frames(self, frames: Sequence[PointCloud], track: PoseTrack) -> bool:
-        """Take clouds of a 3D laser; return true if they repeat the last one."""
+        """Take clouds of a 3D laser; return true if they are believed."""
         newest = frames[-1]
         stamp = self._now if newest.stamps is None or not len(newest) else newest.newest
-        return self._take(newest.points, stamp, False, track)
+        is_possible = not has_impossible(newest.points, -np.inf)
+        return self._take(newest.points, stamp, is_possible, False, track)
 
     def _take_horizontal(self, ranges: NDArray[np.float32], track: PoseTrack) -> bool:
-        """Take the ranges of a horizontal scanner; return true if they repeat the last ones."""
+        """Take the ranges of a horizontal scanner; return true if they are believed."""
         # Nothing stands around it.
         if math.isinf(ranges[0]) and np.isinf(ranges).all():
             self._last, self._changed = None, self._now
             if self._arrival is None:
                 self._arrival = self._now
+            self._newest = self._now
             self._arrive()
-            return False
-        return self._take(ranges[None], self._now, False, track)
+            return True
+        is_possible = not has_impossible(ranges[None], 0.0)
+        return self._take(ranges[None], self._now, is_possible, False, track)
 
     def _take(
-        self, ranges: NDArray[np.float32], newest: float, has_turned: bool, track: PoseTrack
+        self,
+        ranges: NDArray[np.float32],
+        newest: float,
+        is_possible: bool,
+        has_turned: bool,
+        track: PoseTrack,
     ) -> bool:
-        """Take ranges, or points; return true if they repeat the last ones and do not count.
+        """Take ranges, or points; return false if they are impossible or repeat the last ones.
 
         Args:
             ranges: Ranges or points, row by row [m], float32, shape (s, b).
             newest: Stamp of the newest [s].
+            is_possible: False if a laser cannot measure many of the numbers.
             has_turned: True if the head has turned from row to row.
             track: Estimated poses by stamp.
         """
         if self._arrival is None:  # Whatever it sends, there is a laser.
             self._arrival = self._changed = self._now
+        self._newest = newest
         if newest < self._now - _MAX_AGE:
             self._reason = ", what arrives is old"
-        elif self._differs_at_a_glance(ranges):
+        elif is_possible and self._differs_at_a_glance(ranges):
             self._last, self._changed = ranges, self._now
             self._arrive()
-        elif not _has_values(ranges):
+        elif not (is_possible and _has_values(ranges)):
             self._reason = ", what arrives is invalid"
+            return is_possible
         elif self._repeats(ranges, has_turned, track):
             self._reason = ", it repeats its last ranges"
             self._arrival = min(self._arrival, self._changed)
-            return True
+            return False
         else:
             self._arrive()
-        return False
+        return True
 
     def _differs_at_a_glance(self, ranges: NDArray[np.float32]) -> bool:
         """Return true if one beam alone shows that ranges are valid and new, as it mostly does."""

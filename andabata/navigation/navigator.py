@@ -59,8 +59,8 @@ Observer = Callable[[StepResult], None]
 class Navigator:
     """Turns sensor readings into wheel speeds: in simulation, in training, on a record, on a robot.
 
-    The robot stands still until there is a first scan, while it is lost or its laser is silent, and
-    from its arrival at a goal until there is another; without a heading it creeps.
+    The robot stands still until there is a first scan, while it is lost or its laser is not usable,
+    and from its arrival at a goal until there is another; without a heading it creeps.
 
     Attributes:
         observers: Observers, called after each step. For them the cells are classified at each
@@ -228,9 +228,9 @@ class Navigator:
     def execute(self, command: Twist) -> tuple[Twist, WheelSpeeds]:
         """Return the twist that is driven, after limits and dead zone, and its wheel speeds.
 
-        A robot that is lost, or whose laser is silent, stands still. One that only lacks a heading
-        creeps: map and rollouts are in ``odom``, so that it hits nothing, and its way tells the
-        heading.
+        A robot that is lost, or whose laser is silent or not believed, stands still. One that only
+        lacks a heading creeps: map and rollouts are in ``odom``, so that it hits nothing, and its
+        way tells the heading.
 
         Args:
             command: Wanted twist.
@@ -240,7 +240,7 @@ class Navigator:
         """
         twist = executed_twist(command, self._robot)
         health = self._localizer.health
-        if health is Health.LOST or self._laser.is_silent:
+        if health is Health.LOST or not self._laser.is_usable:
             twist = _STANDSTILL
         elif health is Health.DISORIENTED and abs(twist.linear) > _CREEP_SPEED:
             twist = Twist(math.copysign(_CREEP_SPEED, twist.linear), twist.angular)

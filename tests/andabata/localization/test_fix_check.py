@@ -6,6 +6,7 @@ from andabata.localization.fix_check import (
     NO_ALTITUDE,
     NO_COVARIANCE,
     check_fixes,
+    is_impossible,
     reports_no_fix,
 )
 
@@ -71,3 +72,28 @@ def test_limits_are_inclusive():
     assert not check_fixes(rows(variance=1.001e6)).good.any()
     assert check_fixes(rows(latitude=89.0)).good.all()
     assert not check_fixes(rows(latitude=89.01)).good.any()
+
+
+def test_numbers_that_no_receiver_sends_are_impossible():
+    """Half a place, a place that is none on Earth, a negative variance; no silence."""
+    bad, inf = np.nan, np.inf
+    impossible = (
+        {"latitude": bad},
+        {"longitude": bad},
+        {"latitude": -inf, "longitude": inf},
+        {"latitude": 90.1},
+        {"longitude": -360.1},
+        {"altitude": -1e30},
+        {"altitude": inf},
+        {"variance": -1.0},
+    )
+    possible = (
+        {},
+        {"latitude": bad, "longitude": bad, "altitude": bad, "variance": inf},
+        {"latitude": 0.0, "longitude": 0.0},
+        {"altitude": bad, "variance": bad},
+        {"altitude": 60_000.0},
+        {"variance": 1e12},
+    )
+    assert all(is_impossible(rows(**columns)).tolist() == [True] for columns in impossible)
+    assert all(is_impossible(rows(**columns)).tolist() == [False] for columns in possible)

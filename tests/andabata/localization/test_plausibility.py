@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.localization.filter_state import STATES
-from andabata.localization.plausibility import STALE, Doubt, Plausibility, SenseRows
+from andabata.localization.plausibility import INVALID, STALE, Doubt, Plausibility, SenseRows
 from andabata.localization.sense_watch import PlausibilityConfig, Wheel
 from andabata.machine.proprioception import GRAVITY
 
@@ -270,3 +270,18 @@ def test_the_way_is_that_of_the_wheels_in_the_maps_axes():
     np.testing.assert_allclose(check.way, 5.0 * np.sqrt(0.5), rtol=1e-9)
     check.reset(senses.now)
     assert check.way.tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_force_that_is_invalid_is_counted_by_its_reason(bad):
+    """The row goes on for its gyro; a row without any force, or a bad gyro, is no such row."""
+    check, senses = fresh(), Senses()
+    check.reset(0.0)
+    rows = senses.rows()
+    rows.imu[1, 5] = rows.imu[2, 4] = bad
+    rows.imu[3, 4:] = np.nan
+    rows.imu[4, 2] = rows.imu[4, 4] = bad
+    believed = check.believed(senses.now, 0.0, rows, LEVEL)
+    assert np.array_equal(believed.imu, rows.imu, equal_nan=True)
+    assert check.unused["gravity"] == {INVALID: 2}
+    assert check.doubts == {}

@@ -216,3 +216,29 @@ def test_only_fixes_that_arrive_and_are_rejected_contradict():
     assert monitor.contradicts_fixes(20.0)
     monitor.accept("gnss", 20.0)
     assert not monitor.contradicts_fixes(21.0)
+
+
+def test_an_impossible_fix_is_named_at_once_until_a_good_one():
+    """From the first on; it is told before all else of the receiver."""
+    monitor = SensorMonitor(CONFIG, 0.0)
+    for stamp in (10.0, 11.0):
+        monitor.report_impossible_fix(stamp)
+    monitor.receive("imu", 12.0)
+    for name in ("wheels", "compass"):
+        monitor.accept(name, 12.0)
+    assert monitor.warnings(12.0, CERTAIN) == (
+        "gnss: sends numbers that no fix can have, for 2.0 s",
+    )
+    monitor.accept("gnss", 12.0)
+    assert monitor.warnings(12.0, CERTAIN) == ()
+
+
+def test_warnings_of_arrivals_give_way_to_others_of_their_sensor():
+    """One text for each sensor, whoever has it."""
+    monitor = SensorMonitor(CONFIG, 10.0)
+    monitor.receive("imu", 10.1)
+    for name in ("wheels", "gnss"):
+        monitor.accept(name, 12.0)
+    arrivals = {"imu": "imu: few", "wheels": "wheels: few", "compass": "compass: few"}
+    found = monitor.warnings(11.0, CERTAIN, ("compass",), arrivals)
+    assert found == ("imu: silent for 0.9 s", "wheels: few")

@@ -159,3 +159,47 @@ def test_a_gap_ends_the_comparison_and_the_next_begins_after_it():
     found = doubts(robot, wheels, change=gap)
     assert not any(found[:40])
     assert found[42] == {"wheels": Doubt.JUMP}
+
+
+def stepped(size, time=2.0):
+    """Return the speeds of a robot that drives on, and of wheels that step at a time [m/s]."""
+    robot = speeds((0.3, 4.0))
+    return robot, robot + size * (np.arange(len(robot)) > time / TICK)
+
+
+@pytest.mark.parametrize("size", [0.2, -0.2])
+@pytest.mark.parametrize("pitch", [-0.3, 0.0, 0.3])
+def test_a_step_from_row_to_row_that_nobody_feels_is_found(size, pitch):
+    """Half a second after it, also where it is too small for the change over some time."""
+    found = doubts(*stepped(size), pitch)
+    assert not any(found[:25])
+    assert found[25] == found[-1] == {"wheels": Doubt.JUMP}
+
+
+def test_a_step_that_comes_back_ends_its_doubt():
+    """The wheels tell the robot's speed again."""
+    robot = speeds((0.3, 5.0))
+    wheels = speeds((0.3, 1.0), (0.5, 2.0), (0.3, 2.0))
+    found = doubts(robot, wheels)
+    assert found[29] == {"wheels": Doubt.JUMP}
+    assert not any(found[36:])
+
+
+@pytest.mark.parametrize("size", [0.1, -0.15])
+def test_a_small_step_proves_nothing(size):
+    """An error of the pitch on rough ground is as large."""
+    assert not any(doubts(*stepped(size)))
+
+
+@pytest.mark.parametrize("error", [-0.03, 0.03])
+@pytest.mark.parametrize("time", [0.01, 0.1])
+def test_a_step_by_command_is_believed_although_the_pitch_is_wrong(error, time):
+    """The drift of the integrated acceleration is no part of the step."""
+
+    def tilted(given):
+        imu = given.imu.copy()
+        imu[:, 4] += GRAVITY * error
+        return given._replace(imu=imu)
+
+    wheels = speeds((0.3, 2.0), (0.6, 2.0))
+    assert not any(doubts(lagged(wheels, time), wheels, change=tilted))

@@ -50,8 +50,8 @@ def test_a_detour_of_the_signals_is_no_proof(seconds):
 def test_wheels_that_stand_while_the_fixes_drive_on_are_wrong():
     """On a straight way of three metres and more; fixes of a standing robot scatter or jump."""
     verdicts = drive(0.0, turn=0.0)[0]
-    assert verdicts[:15] == [None] * 15
-    assert verdicts[15] is True
+    assert verdicts[:16] == [None] * 16
+    assert verdicts[16] is True
     assert set(drive(0.0, turn=0.0, speed=0.1)[0]) == {None}
     assert set(drive(0.0, speed=0.0, jump=(10, 20))[0]) == {None}
 

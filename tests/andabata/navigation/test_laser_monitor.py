@@ -200,3 +200,84 @@ def test_the_timeout_is_a_setting():
     monitor = LaserMonitor(LaserMonitorConfig(periods=6.0))
     feed(monitor, lambda t: sweeps(t, noisy(t)), 0.0, 2.0)
     assert feed(monitor, nothing, 2.0, 2.0).index(True) == 6
+
+
+def sparse(stamp):
+    """Return sweeps in one of five periods, no more than 0.3 s apart from the next."""
+    return sweeps(stamp, noisy(stamp)) if round(stamp * 10) % 3 == 0 else nothing(stamp)
+
+
+def test_a_laser_that_sends_few_sweeps_is_not_usable():
+    """It is not silent; what arrives is still passed on."""
+    monitor = healthy(seconds=6.0)
+    assert not any(feed(monitor, sparse, 6.0, 2.0))
+    assert not monitor.is_usable
+    (cause,) = monitor.causes
+    assert cause.startswith("laser: fewer usable readings than usual, by 5")
+    assert monitor.update(sweeps(8.1, noisy(8.1)), TRACK).sweeps is not None
+    feed(monitor, lambda t: sweeps(t, noisy(t)), 8.1, 2.0)
+    assert monitor.is_usable
+    assert monitor.causes == ()
+
+
+def test_after_a_silence_the_first_ranges_are_usable():
+    """What was not sent in it is no shortage."""
+    monitor = healthy(seconds=6.0)
+    feed(monitor, nothing, 6.0, 5.0)
+    assert not monitor.is_usable
+    feed(monitor, lambda t: sweeps(t, noisy(t)), 11.0, 0.1)
+    assert monitor.is_usable
+
+
+@pytest.mark.parametrize("value", [1e30, -1e30])
+def test_impossible_ranges_do_not_count_and_go_no_further(value):
+    """One of five, beside good ones."""
+    monitor = healthy()
+
+    def garbage(stamp):
+        return sweeps(stamp, np.where(np.arange(5) == 2, value, noisy(stamp)))
+
+    assert feed(monitor, garbage, 2.0, 0.5) == [False, False, False, True, True]
+    assert monitor.causes == ("laser: silent for 0.5 s, what arrives is invalid",)
+    assert monitor.update(garbage(2.6), TRACK).sweeps is None
+    points = np.full((20, 3), -5.0, dtype=np.float32)
+    assert monitor.update(SensorReadings(2.7, frames=(PointCloud(points, "sensor"),)), TRACK).frames
+    points[:3] = value
+    cloud = PointCloud(points, "sensor")
+    assert not monitor.update(SensorReadings(2.8, frames=(cloud,)), TRACK).frames
+    ranges = np.full(8, value, dtype=np.float32)
+    assert monitor.update(SensorReadings(2.9, horizontal=ranges), TRACK).horizontal is None
+
+
+def test_nothing_around_a_horizontal_scanner_is_passed_on():
+    """No return at all is what it sees there."""
+    monitor = LaserMonitor(LaserMonitorConfig())
+    ranges = np.full(8, np.inf, dtype=np.float32)
+    for k in range(1, 60):
+        readings = monitor.update(SensorReadings(k / 10, horizontal=ranges), TRACK)
+        assert readings.horizontal is not None
+    assert monitor.is_usable
+
+
+def test_ground_that_moves_all_at_once_stops_the_robot():
+    """The sweeps are kept from the clouds, and the health says by how much they changed."""
+    elevations = np.linspace(-2.35, 2.35, 401)
+    with np.errstate(divide="ignore"):
+        far = np.where(np.cos(elevations) < -0.1, -0.72 / np.cos(elevations), np.inf)
+    monitor = LaserMonitor(LaserMonitorConfig())
+
+    def sweep(k, scale):
+        stamp = np.array([k / 10 - 0.025, k / 10])
+        noise = np.random.default_rng(k).normal(0, 0.01, (2, 401))
+        ranges = (scale * (far + noise)).astype(np.float32)
+        return SensorReadings(k / 10, Sweeps(stamp, stamp, 1.0, 0.0, elevations, ranges))
+
+    for k in range(1, 30):
+        assert monitor.update(sweep(k, 1.0), TRACK).sweeps is not None
+    assert monitor.update(sweep(30, 1.2), TRACK).sweeps is None
+    assert not monitor.is_usable
+    assert not monitor.is_silent
+    (cause,) = monitor.causes
+    assert cause.startswith("laser: ranges to the ground became longer all at once, by 0.2")
+    assert monitor.update(sweep(31, 1.0), TRACK).sweeps is not None
+    assert monitor.is_usable

@@ -151,6 +151,18 @@ PROMISES = (
         least=40,
     ),
     Promise(
+        "healthy-senses",
+        "without a fault no sense is doubted: flat and rough ground, plants `kinematic`, `wheels` "
+        "and `bullet`, `ideal`, `field` and `harsh`",
+        "healthy_senses:healthy_senses_are_believed",
+        unit="drives",
+        short=24,
+        full=240,
+        limit="0 doubts",
+        hours=6.0,
+        least=24,
+    ),
+    Promise(
         "jumping-fixes",
         "fixes that jump by 20 m, 500 m and 10 km for 15 s are flagged and move nothing",
         "lying_senses:jumps_of_fixes_move_nothing",

@@ -45,4 +45,4 @@ def test_a_row_that_is_not_counted_would_be_noticed(tmp_path, monkeypatch):
     kinds = {"compass": {"none": far_ahead_of_nothing}}
     monkeypatch.setattr(bad_measurements, "damages", lambda: kinds)
     (failure,) = bad_measurements_change_nothing(3, tmp_path).failures
-    assert failure == "compass, none: expected one row more to be counted, got 0"
+    assert failure == "compass, none: expected one row more to be counted by its reason, got 0"

@@ -36,7 +36,7 @@ check: install
 	$(BIN)/lint-imports --no-cache
 
 # The tests that a newer Python could fail, in an environment of its own: Python 3.13 or 3.12, without
-# bullet. Minutes; all tests pass there, too, and take as long as `make test`.
+# bullet. Minutes.
 newer-python:
 	@APT_PACKAGES="$(APT_PACKAGES)" bash .ci/newer_python.sh build/newer-python $(NEWER_TESTS)
 

@@ -5,12 +5,23 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 SOAK ?=
+# CPU builds of torch; empty for the usual index, whose torch for Linux comes with CUDA.
+TORCH_INDEX ?= https://download.pytorch.org/whl/cpu
+export TORCH_INDEX
 APT_PACKAGES := libusb-1.0-0 libgl1 libegl1 libx11-6 libudev1 libidn2-0 libgomp1
+
+# What a newer Python could change: compiled kernels, plants without bullet, drives, learning, types
+# of settings, files, and the command line.
+NEWER_TESTS := tests/terrain tests/rl tests/andabata/machine \
+	tests/andabata/assembly tests/andabata/configuration tests/andabata/runs tests/test_journey.py \
+	tests/andabata/test_engine.py tests/andabata/test_engine_processes.py \
+	tests/andabata/app/doctor tests/andabata/app/test_cli.py tests/andabata/app/test_driven_plant.py
 
 ROS_PACKAGES := ros-core python3-rospy python3-rosbag python3-geometry-msgs python3-nav-msgs \
 	python3-sensor-msgs python3-diagnostic-msgs python3-tf
 
-.PHONY: demo test check bench soak peers clean install ros ros2 browser docs gallery
+.PHONY: demo test check bench soak peers clean install newer-python wheel ros ros2 browser docs \
+	gallery
 
 demo: install
 	$(BIN)/andabata demo
@@ -23,6 +34,15 @@ check: install
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
+
+# The tests that a newer Python could fail, in an environment of its own: Python 3.13 or 3.12, without
+# bullet. Minutes.
+newer-python:
+	@APT_PACKAGES="$(APT_PACKAGES)" bash .ci/newer_python.sh build/newer-python $(NEWER_TESTS)
+
+# The wheel that others install, in dist.
+wheel: install
+	$(BIN)/python -m hatchling build --target wheel --directory dist
 
 bench: peers
 	$(BIN)/andabata bench
@@ -39,13 +59,13 @@ bench: peers
 # some hours; make soak SOAK="--minutes 10" is the short version. Fails, too, when a stage of the
 # control loop has become slower by more than half.
 soak: install
-	$(BIN)/python -m pip install --quiet --editable '.[fuzz]' || true
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[fuzz]' || true
 	$(BIN)/python -m andabata.bench.studies.soak $(SOAK)
 	$(BIN)/python -m andabata.bench.chain_check
 
 install: $(STAMP)
 
-$(STAMP): pyproject.toml .ci/setup.sh
+$(STAMP): pyproject.toml constraints.txt .ci/setup.sh
 	@APT_PACKAGES="$(APT_PACKAGES)" bash .ci/setup.sh "$(PYTHON)" "$(VENV)"
 	@touch $@
 
@@ -63,7 +83,7 @@ browser:
 
 # The documents as a site in build/docs; nothing is fetched when it is viewed.
 docs: install
-	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[docs]'
 	$(BIN)/zensical build --strict
 
 # The pictures of the documents, by the commands in docs/gallery.md; takes ten minutes.
@@ -72,7 +92,7 @@ gallery: install
 
 # The tools that `andabata bench` compares with.
 peers: install
-	$(BIN)/python -m pip install --quiet --editable '.[peers]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[peers]'
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache build dist *.egg-info

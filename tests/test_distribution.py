@@ -1,10 +1,16 @@
 """A built wheel holds all that the packages need, and runs where nothing else of the project is."""
 
+import json
 import os
+import re
+import shlex
+import shutil
 import subprocess
 import sys
+import sysconfig
 import tarfile
 import tomllib
+import venv
 import zipfile
 from pathlib import Path
 
@@ -80,6 +86,80 @@ shipped_policy("actor-critic")
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory):
+    """Return a function that runs a program of an environment with the wheel, in an empty folder.
+
+    What the wheel needs comes from the environment of the tests, which would take minutes to copy.
+    """
+    folder = tmp_path_factory.mktemp("installed")
+    venv.create(folder / ".venv", symlinks=True, with_pip=True)
+    kept = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+
+    # pip has to know nothing of it: it would find another andabata there.
+    needed = {"PYTHONPATH": sysconfig.get_path("purelib")}
+
+    def run(*words, code=0):
+        done = subprocess.run(
+            [folder / ".venv/bin" / words[0], *words[1:]],
+            cwd=folder,
+            env=kept | (needed if words[0] == "andabata" else {}),
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == code, done.stdout + done.stderr
+        return done.stdout
+
+    shutil.copy(wheel, folder)
+    run("pip", "install", "--no-deps", "--no-index", wheel.name)
+    run.wheel = wheel.name
+    return run
+
+
+def test_an_installed_wheel_is_whole(installed):
+    """The doctor finds all packages in the environment, and nothing changed."""
+    found = json.loads(installed("andabata", "doctor", "--json"))
+    assert found["ok"], found
+    assert found["origins"]["rl"].endswith("site-packages/rl")
+    assert ".venv" in found["origins"]["rl"]
+    assert (found["changed_files"], found["claims"]) == ([], [])
+
+
+def made_wheel(folder, files):
+    """Write a wheel of another distribution, as a build tool does, and return its path."""
+    about = "terrain_tools-1.0.dist-info"
+    files = files | {
+        f"{about}/METADATA": "Metadata-Version: 2.1\nName: terrain-tools\nVersion: 1.0\n",
+        f"{about}/WHEEL": "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
+    }
+    path = folder / "terrain_tools-1.0-py3-none-any.whl"
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, text in files.items():
+            archive.writestr(name, text)
+        archive.writestr(f"{about}/RECORD", "".join(f"{name},,\n" for name in files))
+    return path
+
+
+def test_what_another_distribution_overwrites_is_mended_by_the_advised_steps(installed, tmp_path):
+    """Each step of the message is typed as it is printed; afterwards all is whole."""
+    other = made_wheel(tmp_path, {"terrain/__init__.py": "", "terrain/objects.py": "x = 1\n"})
+    installed("pip", "install", "--no-deps", "--no-index", str(other))
+    found = json.loads(installed("andabata", "doctor", "--json", code=1))
+    ((text,), changed) = [each["text"] for each in found["claims"]], found["changed_files"]
+    assert "terrain-tools 1.0 has files of it among ours" in text
+    assert "terrain/objects.py in place of ours" in text
+    assert [Path(file).name for file in changed] == ["__init__.py", "objects.py"]
+    uninstall, again = re.findall(r"`(pip [^`]+)`", text)
+    installed(*shlex.split(uninstall), "--yes")
+    # A shell replaces the pattern by the wheel's name.
+    words = [installed.wheel if word == "andabata-*.whl" else word for word in shlex.split(again)]
+    assert installed.wheel in words
+    installed(*words)
+    found = json.loads(installed("andabata", "doctor", "--json"))
+    assert (found["ok"], found["claims"], found["changed_files"]) == (True, [], [])
 
 
 def test_the_command_and_nothing_that_no_library_reads_is_declared():

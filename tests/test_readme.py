@@ -100,11 +100,16 @@ MAKE = {
     "peers": "installs packages; the benchmarks name those that are missing",
     "bench": "takes half an hour; the options of its commands are checked here",
     "docs": "installs packages; tests/test_documents.py builds the site where they are",
+    "wheel": "`.ci/run` runs it, and tests/test_distribution.py builds one",
+    "newer-python": "`.ci/run` runs it, where there is a newer Python",
     "gallery": "takes ten minutes; tests/andabata/bench/test_gallery.py checks its commands",
     "soak": "takes hours; tests/andabata/bench/studies/soak tests its parts",
 }
 NEEDS_SHELL = re.compile(r"[|&;<>$`]|--view")
 """Syntax of a shell, and a page whose server ends with its process."""
+
+INSTALLS = {line.removesuffix(" ||") for line in (ROOT / ".ci/wheel.sh").read_text().splitlines()}
+"""Lines of the script that installs a wheel as the documents tell; `.ci/run` runs it."""
 
 RAY_HEAD = "192.0.2.1:6379"
 """Address of the head of a cluster in the documents."""
@@ -114,12 +119,14 @@ DOCUMENTS = documents()
 
 
 def kind(line: str) -> str:
-    """Return the program of a line of a block: ours, make, ros, ros2, ray or unknown."""
+    """Return the program of a line of a block: ours, make, install, ros, ros2, ray or unknown."""
     words = line.rstrip("& ").split()
     if words[0].split("/")[-1] == "ray" or "--engine ray" in line:
         return "ray"
     if words[0] == "make" and len(words) == 2 and words[1] in MAKE:
         return "make"
+    if line.replace("python3.11", '"$python"') in INSTALLS:
+        return "install"
     if words[0] in ROS_TOOLS or words[1:2] == ["ros"]:
         return "ros"
     if words[1:2] == ["ros2"]:
@@ -198,6 +205,8 @@ def test_unknown_words_are_found(text, wrong):
         ("ray start --head", "ray"),
         (".venv/bin/andabata evaluate --engine ray", "ray"),
         ("make test", "make"),
+        ("python3.11 -m venv .venv", "install"),
+        (".venv/bin/pip install torch", "unknown"),
         ("make tea", "unknown"),
         ("pip install andabata", "unknown"),
         ("curl https://example.org", "unknown"),

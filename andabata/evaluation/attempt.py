@@ -1,8 +1,8 @@
 """Result of a drive to one goal, of every kind of evaluation."""
 
 import math
-from dataclasses import dataclass, field
-from typing import Generic, TypeVar
+from dataclasses import dataclass, field, fields
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,8 @@ class Attempt(Generic[Detail]):
         path: Positions or poses, one a control step, float64, shape (k, 3): x, y, z [m], or x, y
             [m] and yaw [rad] on flat ground; without rows where a record does not keep them. Two
             attempts are equal whatever their paths.
+
+    Attempts of the same unknown length are equal.
     """
 
     contender: str
@@ -49,6 +51,12 @@ class Attempt(Generic[Detail]):
     shortest: float
     detail: Detail
     path: NDArray[np.float64] = field(default_factory=lambda: NO_PATH, compare=False, repr=False)
+
+    def __eq__(self, other: object) -> bool:
+        """Return True if all but the paths is equal."""
+        if not isinstance(other, Attempt):
+            return NotImplemented
+        return _compared(self) == _compared(other)
 
     @property
     def is_success(self) -> bool:
@@ -66,3 +74,11 @@ class Attempt(Generic[Detail]):
         # The safe path keeps a clearance, which a drive may undercut; and of two lengths of nothing
         # there is no ratio.
         return 1.0 if self.distance <= self.shortest else self.shortest / self.distance
+
+
+def _compared(attempt: Attempt[Any]) -> tuple[object, ...]:
+    """Return the fields of an attempt that make it equal to another.
+
+    Tuples take ``math.nan`` for equal to itself, as dataclasses did before Python 3.13.
+    """
+    return tuple(getattr(attempt, each.name) for each in fields(attempt) if each.compare)

@@ -3,7 +3,7 @@
 import base64
 import hashlib
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import Distribution, distributions
 from importlib.util import find_spec
@@ -106,15 +106,51 @@ def other_claims(path: list[str] | None = None) -> list[Claim]:
         path: Folders with installed distributions; None for those that Python imports from.
     """
     installed = list(distributions(path=sys.path if path is None else path))
-    # Our own record of what was installed tells files of ours that another has overwritten.
-    digests = {
+    digests = _recorded(installed)
+    return [claim for each in installed if _name(each) != _OURS for claim in _claims(each, digests)]
+
+
+def changed_files(path: list[str] | None = None) -> list[Path]:
+    """Return our files that are gone or no longer as pip installed them.
+
+    What another distribution overwrites stays so when that is uninstalled, and then nobody claims
+    it. An editable installation has no record of our files: none is returned.
+
+    Args:
+        path: Folders with installed distributions; None for those that Python imports from.
+    """
+    digests = _recorded(distributions(path=sys.path if path is None else path))
+    return sorted(file for file, digest in digests.items() if _digest(file) != digest)
+
+
+def changed_text(changed: Sequence[Path], claims: Sequence[Claim]) -> str | None:
+    """Return what to do about changed files, in one line; None if none is changed.
+
+    Args:
+        changed: Result of ``changed_files``.
+        claims: Result of ``other_claims``: what is said there is not said again.
+    """
+    said = {claim.folder / file for claim in claims for file in claim.overwritten}
+    left = [str(file) for file in changed if file not in said]
+    if not left:
+        return None
+    more = f" and {len(left) - 3} more" if len(left) > 3 else ""
+    return (
+        f"files: expected them as they were installed, got others or none: {', '.join(left[:3])}"
+        f"{more}; `{install_again()}`"
+    )
+
+
+def _recorded(installed: Iterable[Distribution]) -> dict[Path, str]:
+    """Return the digests of our packages' files in our own record of what was installed."""
+    return {
         Path(str(file.locate())).resolve(): file.hash.value
         for each in installed
         if _name(each) == _OURS
         for file in each.files or ()
+        if file.parts[0] in (_OURS, *SIBLINGS)
         if file.hash is not None and file.hash.mode == "sha256"
     }
-    return [claim for each in installed if _name(each) != _OURS for claim in _claims(each, digests)]
 
 
 def _way_out(name: str, origin: Path | None) -> str:

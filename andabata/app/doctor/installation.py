@@ -8,7 +8,12 @@ from pathlib import Path
 from shutil import which
 from typing import Any
 
-from andabata.app.doctor.import_guard import check_origins, other_claims
+from andabata.app.doctor.import_guard import (
+    changed_files,
+    changed_text,
+    check_origins,
+    other_claims,
+)
 from andabata.distribution import install_browser, install_extra, install_ros
 from andabata.machine.plants import bullet_step, default_plant, has_bullet, is_published
 from andabata.ros.ros1_graph import DEBIAN
@@ -78,11 +83,14 @@ def check_installation() -> dict[str, Any]:
         state["modules"]["pybullet"] = f"not installed, optional ({bullet_step()})"
     state["plant"] = default_plant()
     state["extras"] = {name: _is_installed(name) for name in EXTRAS}
-    claims = other_claims()
+    claims, changed = other_claims(), changed_files()
     state["claims"] = [claim.as_dict() | {"text": claim.text} for claim in claims]
+    state["changed_files"] = [str(file) for file in changed]
+    state["changed_text"] = changed_text(changed, claims)
     state["receive_buffer_bytes"] = receive_buffer()
     is_broken = any(text.startswith("broken") for text in state["modules"].values())
-    state["ok"] = not is_broken and not any(claim.is_mixed for claim in claims)
+    is_mixed = any(claim.is_mixed for claim in claims)
+    state["ok"] = not (is_broken or is_mixed or changed)
     return state
 
 
@@ -148,6 +156,8 @@ def installation_text(state: dict[str, Any]) -> str:
     home = Path(state["origins"]["andabata"]).parent
     lines.append(f"packages lie beside each other in {home}")
     lines += [claim["text"] for claim in state["claims"]]
+    if state["changed_text"] is not None:
+        lines.append(state["changed_text"])
     if state["receive_buffer_bytes"] is not None:
         lines.append(_sockets(state["receive_buffer_bytes"]))
     if any(text.startswith("broken") for text in state["modules"].values()):

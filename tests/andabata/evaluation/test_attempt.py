@@ -1,5 +1,6 @@
 """Results of drives: success weighted by path length, and equality."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +34,15 @@ def test_a_goal_at_the_start_is_reached_on_the_shortest_way():
 def test_only_goals_are_successes(outcome):
     """All other outcomes are failures."""
     assert attempt(outcome).is_success is (outcome is Outcome.GOAL)
+
+
+def test_attempts_of_the_same_unknown_length_are_equal():
+    """In every Python; one field that differs makes another attempt, whatever the type."""
+    assert attempt(shortest=math.nan) == attempt(shortest=math.nan)
+    assert hash(attempt(shortest=math.nan)) == hash(attempt(shortest=math.nan))
+    assert attempt(shortest=math.nan) != attempt()
+    assert replace(attempt(), repetition=1) != attempt()
+    assert attempt() != "a"
 
 
 def test_paths_do_not_count_for_equality():

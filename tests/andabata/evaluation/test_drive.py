@@ -246,7 +246,9 @@ def test_a_full_disk_names_the_recording_and_the_next_step(tmp_path, monkeypatch
             short(record=Recording(path))
         assert error.value.filename == str(path)
     disk.close()
-    broken = SimpleNamespace(close=lambda: sqlite3.connect(":memory:").execute("nonsense"))
+    database = sqlite3.connect(":memory:")
+    broken = SimpleNamespace(close=lambda: database.execute("nonsense"))
     monkeypatch.setattr(Recording, "watch", lambda *_: broken)
     with pytest.raises(sqlite3.OperationalError, match="syntax error"):
         short(record=Recording(tmp_path / "drive.db3"))
+    database.close()

@@ -5,10 +5,12 @@ import pytest
 from andabata.reference import FOLDER, pages
 from andabata.reference.__main__ import main
 from tests.support.documents import ROOT
+from tests.support.plants import needs_bullet
 
 PAGES = pages()
 
 
+@needs_bullet  # The pages have its defaults.
 @pytest.mark.parametrize("name", PAGES)
 def test_the_committed_page_is_the_generated_one(name):
     """A changed model or help text changes its page: `python -m andabata.reference`."""

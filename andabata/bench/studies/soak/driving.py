@@ -19,6 +19,7 @@ from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConf
 from andabata.bench.studies.soak.outcome import Outcome, Tally
 from andabata.evaluation.trial import run_trial
 from andabata.interrupts import INTERRUPTED
+from andabata.machine.plants import default_plant
 from andabata.models import Models
 from andabata.tasks.episode_monitor import TerminationConfig
 from worlds.scenes import SceneCache
@@ -31,7 +32,7 @@ _WORLDS, _WARM_UP = DEVELOPMENT_SEEDS[:2], 4
 """Seeds of the worlds, and number of drives after which memory begins to count: what is seen or
 compiled for the first time is no growth."""
 
-_PLANTS = ("bullet", "kinematic")
+_PLANTS = (default_plant(), "kinematic")
 """Plants that take turns in loops."""
 
 _LOOP_PERIODS = 15

@@ -7,7 +7,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from andabata.app.doctor.import_guard import PackageOriginError, check_origins, other_claims
+from andabata.app.doctor.import_guard import (
+    PackageOriginError,
+    changed_files,
+    changed_text,
+    check_origins,
+    other_claims,
+)
+from andabata.distribution import install_again
 from worlds.splits import TRAINING_SEEDS, dataset_world, evaluation_world
 
 
@@ -74,6 +81,26 @@ def test_a_distribution_in_another_folder_needs_no_new_installation(tmp_path):
         "or keep the two in different virtual environments"
     )
     assert claim.as_dict()["shared"] == []
+
+
+def test_files_that_are_gone_or_changed_are_told_when_nobody_claims_them(tmp_path):
+    """What a claim tells is not told again; what pip did not record as ours is no matter."""
+    names = [f"rl/{letter}.py" for letter in "abcde"]
+    install(tmp_path, "andabata", dict.fromkeys(names, "ours") | {"bin/andabata": ""})
+    site = [str(tmp_path)]
+    assert (changed_files(site), changed_text([], [])) == ([], None)
+    install(tmp_path, "keras-rl", {"rl/a.py": "theirs"})
+    (tmp_path / "rl/b.py").unlink()
+    (tmp_path / "bin/andabata").unlink()
+    changed = changed_files(site)
+    assert changed == [tmp_path / "rl/a.py", tmp_path / "rl/b.py"]
+    text = changed_text(changed, other_claims(site))
+    assert text.startswith("files: expected them as they were installed, got others or none: ")
+    assert f": {tmp_path}/rl/b.py; `pip install --force-reinstall --no-deps " in text
+    assert changed_text(changed[:1], other_claims(site)) is None
+    for name in names:
+        (tmp_path / name).write_text("other")
+    assert f"rl/c.py and 2 more; `{install_again()}`" in changed_text(changed_files(site), [])
 
 
 def test_an_origin_elsewhere_names_its_distribution(tmp_path, monkeypatch):

@@ -102,6 +102,15 @@ def test_another_distribution_among_our_files_breaks_the_installation(monkeypatc
         assert "apt-get" not in text
 
 
+def test_a_changed_file_breaks_the_installation(monkeypatch):
+    """It is named with the next step."""
+    file = HOME / "rl/sac.py"
+    monkeypatch.setattr("andabata.app.doctor.installation.changed_files", lambda: [file])
+    found = check_installation()
+    assert (found["ok"], found["changed_files"]) == (False, [str(file)])
+    assert found["changed_text"] in installation_text(found).splitlines()
+
+
 def test_small_socket_buffers_are_said_with_their_use(tmp_path):
     """The text says who needs large ones, and the line that makes them; large ones need none."""
     file = tmp_path / "rmem_max"

@@ -8,6 +8,7 @@ from andabata.app.cli import main
 from andabata.evaluation import ledger
 from andabata.evaluation.judging import JUDGED_BESIDE
 from andabata.evaluation.ledger import read_ledger
+from tests.support.plants import needs_bullet
 from worlds.splits import EVALUATION_START, judging_world
 
 
@@ -80,6 +81,7 @@ def tiny(monkeypatch, tmp_path):
     ]
 
 
+@needs_bullet
 def test_a_release_is_judged_once_beside_null_controllers(tiny, capsys, tmp_path):
     """Its worlds, all controllers, an entry; it goes on in its folder and nowhere else."""
     path, words = tmp_path / "own.jsonl", [*tiny, "--out", str(tmp_path / "run")]
@@ -108,6 +110,7 @@ def test_a_release_is_judged_once_beside_null_controllers(tiny, capsys, tmp_path
     assert len(read_ledger(path)) == 1
 
 
+@needs_bullet
 @pytest.mark.parametrize(
     ("more", "message"),
     [

@@ -28,7 +28,11 @@ STATUS_INTERVAL = 10.0
 """Time after which a navigator that lacks readings reports which [s]."""
 
 _MIN_FIXES = 3
-"""Number of fixes that have to agree before one of them becomes the datum."""
+"""Number of fixes that have to agree before one of them becomes the datum of a start by sensors."""
+
+_START_FIXES = 5
+"""Number of fixes that have to agree before their mean is laid on a given start: that of one of
+them would move the map by its whole error, a metre of many receivers."""
 
 _KEPT_FIXES = 30
 """Number of last fixes among which agreement is sought."""
@@ -38,7 +42,8 @@ class DatumInitializer:
     """Determines the datum from the fields that the user gives and the first consistent fixes.
 
     Two cases: without a known start, the datum is the first good fix and the start follows from
-    it; with a given start, the datum is laid such that the fixes fall on the estimated position.
+    it; with a given start, the datum is laid such that the fixes fall on the estimated positions,
+    in the mean.
 
     Attributes:
         datum: Datum of the map; None until it is determined.
@@ -56,7 +61,7 @@ class DatumInitializer:
         """
         self._given, self._status, self._ros = given, status, ros
         self.datum: Datum | None = None
-        self._fixes = np.empty((0, 5))
+        self._fixes, self._positions = np.empty((0, 5)), np.empty((0, 3))
         self._has_mag_reference = False
 
     def initial_pose(self, readings: SensorReadings, now_ns: int) -> Pose | None:
@@ -83,7 +88,7 @@ class DatumInitializer:
     def update(self, readings: SensorReadings, now_ns: int, position: NDArray[np.float64]) -> bool:
         """Determine the datum of a given start; return True if this period did.
 
-        The datum is laid such that the last of some consistent fixes is at the robot's position.
+        The datum is laid such that some consistent fixes are where the robot was, in the mean.
 
         Args:
             readings: Readings of the period.
@@ -94,12 +99,19 @@ class DatumInitializer:
             DatumError: If the fixes lie far from the datum that is given.
         """
         if readings.gnss is not None:
+            here = np.tile(position, (len(readings.gnss), 1))
             self._fixes = np.concatenate([self._fixes, readings.gnss])[-_KEPT_FIXES:]
-        consistent = self._fixes[consistent_fixes(self._fixes)]
-        if len(consistent) < _MIN_FIXES or readings.imu is None or readings.mag is None:
+            self._positions = np.concatenate([self._positions, here])[-_KEPT_FIXES:]
+        is_consistent = consistent_fixes(self._fixes)
+        if is_consistent.sum() < _START_FIXES or readings.imu is None or readings.mag is None:
             return False
+        fixes, positions = self._fixes[is_consistent], self._positions[is_consistent]
         # Newest first: the datum is laid through the first fix, and the robot is there now.
-        self.datum = self._make_datum(consistent[::-1], now_ns, position).with_compass(readings)
+        datum = self._make_datum(fixes[::-1], now_ns, position)
+        # Then by the mean distance of all of them from where the robot was.
+        error = np.mean(_places(fixes, datum) - positions[:, :2], axis=0)
+        datum = self._make_datum(fixes[::-1], now_ns, position - [*error, 0.0])
+        self.datum = datum.with_compass(readings)
         return True
 
     def _make_datum(
@@ -144,7 +156,8 @@ class DatumInitializer:
         if not self._has_mag_reference and now > STATUS_INTERVAL and readings.mag is not None:
             use_datum(localizer, datum_from_heading(readings, localizer.pose.yaw))
             self._has_mag_reference = True
-            self._status(f"no datum yet: expected {_missing_fixes(self._fixes, self._ros)}")
+            missing = _missing_fixes(self._fixes, self._ros, _START_FIXES)
+            self._status(f"no datum yet: expected {missing}")
         return replace(readings, gnss=None, mag=readings.mag if self._has_mag_reference else None)
 
 
@@ -161,13 +174,19 @@ def missing_readings(readings: SensorReadings, ros: Ros) -> str:
         if rows is None
     ]
     fixes = np.empty((0, 5)) if readings.gnss is None else readings.gnss
-    return " and ".join([*missing, _missing_fixes(fixes, ros)])
+    return " and ".join([*missing, _missing_fixes(fixes, ros, _MIN_FIXES)])
 
 
-def _missing_fixes(fixes: NDArray[np.float64], ros: Ros) -> str:
+def _missing_fixes(fixes: NDArray[np.float64], ros: Ros, expected: int) -> str:
     """Return which fixes a datum still lacks, and why, in words."""
     reasons = "".join(f", {n} refused {why}" for why, n in rejected_fixes(fixes).items())
     return (
-        f"{_MIN_FIXES} good fixes of {topics.FIX.name(ros)} that agree with each other, got "
+        f"{expected} good fixes of {topics.FIX.name(ros)} that agree with each other, got "
         f"{int(consistent_fixes(fixes).sum())} of {len(fixes)}{reasons}"
     )
+
+
+def _places(fixes: NDArray[np.float64], datum: Datum) -> NDArray[np.float64]:
+    """Return the places of fixes in the map of a datum [m], shape (k, 2)."""
+    level = datum.reference.model_copy(update={"altitude": None})
+    return level.to_map(np.column_stack([fixes[:, 1:3], np.zeros(len(fixes))]))[:, :2]

@@ -24,6 +24,7 @@ from andabata.bench.table import Row, markdown_table
 from andabata.engine_processes import ProcessEngine
 from andabata.evaluation.statistics import paired_difference
 from andabata.evaluation.trial import run_trial
+from andabata.machine.geo_reference import GeoReference
 from andabata.machine.reality import level
 from andabata.models import Models
 from andabata.runs.folder import commit, make_folder
@@ -51,10 +52,13 @@ class Drive:
     Attributes:
         seed: Seed of the world and of the noise.
         reality: Level of the differences between the robot and the one it believes in.
+        knows_datum: True if the navigator of the graph is given the datum, as that of one process
+            has it; False if it lays the map on the first fixes.
     """
 
     seed: int
     reality: str
+    knows_datum: bool = True
 
 
 def drive(task: Drive) -> Row:
@@ -87,7 +91,8 @@ def drive_in_graph(task: Drive) -> Row:
             return graph.start(*own, "--json", "--quiet")
 
         try:
-            start("navigator", "--controller", CONTROLLER, "--no-map")
+            datum = ("--datum", _datum_text()) if task.knows_datum else ()
+            start("navigator", "--controller", CONTROLLER, "--no-map", *datum)
             options = ("--set", f"plant={PLANT}", "--reality", task.reality)
             drive = ("--world", WORLD, "--seed", task.seed, "--seconds", _TIME_LIMIT)
             found = result(start("robot", *drive, *options), _PATIENCE)
@@ -95,6 +100,12 @@ def drive_in_graph(task: Drive) -> Row:
             for process in reversed(graph.processes):
                 stop(process)
     return {"graph": found["outcomes"], "behind_s": found["behind_s"]}
+
+
+def _datum_text() -> str:
+    """Return the datum of simulated robots, as ``--datum`` takes it."""
+    there = GeoReference()
+    return f"{there.latitude_deg},{there.longitude_deg},{there.altitude}"
 
 
 def summary(rows: Sequence[Row]) -> list[Row]:
@@ -140,7 +151,8 @@ def compare(drives: Sequence[Drive], folder: Path | None, workers: int) -> list[
     """
     path = make_folder(folder) / "drives.jsonl" if folder else None
     about: Entry = {"world": WORLD, "controller": CONTROLLER, "plant": PLANT, "commit": commit()}
-    journal = Journal(path, about | {"reality": sorted({each.reality for each in drives})})
+    about |= {"arms": sorted({f"{each.reality}, {each.knows_datum}" for each in drives})}
+    journal = Journal(path, about)
     known = {entry["seed"] for entry in journal.entries}
     with ProcessEngine(workers) as engine:
         for done in engine.run(drive, [each for each in drives if each.seed not in known]):
@@ -156,11 +168,13 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--drives", type=int, default=20, help="Number of worlds.")
     parser.add_argument("--seed", type=int, default=DEVELOPMENT_SEED, help="First seed.")
     parser.add_argument("--reality", default="ideal", help="ideal, field or harsh.")
+    parser.add_argument("--no-datum", action="store_true", help="Let the first fixes be it.")
     parser.add_argument("--out", type=Path, help="Folder; an interrupted run goes on there.")
     parser.add_argument("--workers", type=int, default=1, help="Pairs of processes at a time.")
     parser.add_argument("--json", action="store_true", help="JSON instead of a table.")
     options = parser.parse_args(argv)
-    drives = [Drive(options.seed + k, options.reality) for k in range(options.drives)]
+    arm = options.reality, not options.no_datum
+    drives = [Drive(options.seed + k, *arm) for k in range(options.drives)]
     rows = compare(drives, options.out, options.workers)
     data = {"goals": summary(rows), "drives": rows}
     sys.stdout.write(

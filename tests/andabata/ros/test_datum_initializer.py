@@ -108,6 +108,23 @@ def test_a_given_start_keeps_its_position_once_the_fixes_agree(standing, models)
     assert data["counts"]["compass"][0] > 200
 
 
+def test_the_mean_of_the_first_fixes_lies_at_a_given_start(standing, models):
+    """Five fixes that are off by 0 to 4 m to the north move the map by 2 m, none by its own."""
+    start = MessageBuilder(1, EPOCH).stamped_pose(0.0, pose_at(40.0, -30.0))
+    true = THERE.to_geodetic(np.array([[-8.0, 0.0, 0.0]]))[0]
+
+    def off(k, fix):
+        """Return a fix that is off by so many metres."""
+        latitude, longitude, _ = THERE.to_geodetic(np.array([[-8.0, float(k % 5), 0.0]]))[0]
+        return replace(fix, latitude=latitude, longitude=longitude)
+
+    _, node, _ = navigate([(EPOCH + 1, topics.INITIAL_POSE, start), *fixed(standing, off)], models)
+    data = node.run(seconds=8.0)["datum"]
+    here = GeoReference(latitude_deg=data["latitude_deg"], longitude_deg=data["longitude_deg"])
+    place = here.to_map(np.array([[true[0], true[1], 60.0]]))[0, :2]
+    np.testing.assert_allclose(place, [40.0, -32.0], atol=0.15)
+
+
 def test_without_any_fix_the_compass_keeps_the_given_heading(standing, models):
     """Without fixes for long the compass is referred to the given heading."""
     start = MessageBuilder(1, EPOCH).stamped_pose(0.0, pose_at(40.0, -30.0))
@@ -119,7 +136,7 @@ def test_without_any_fix_the_compass_keeps_the_given_heading(standing, models):
     assert data["datum"] is None
     assert data["counts"]["compass"][0] > 100
     assert abs(wrap(node._localizer.pose.yaw - 0.3)) < 0.05
-    assert "no datum yet: expected 3 good fixes" in status[0]
+    assert "no datum yet: expected 5 good fixes" in status[0]
 
 
 def test_a_given_datum_far_away_is_refused(standing, models):

@@ -16,4 +16,7 @@ cd "$folder"
 .venv/bin/pip install --constraint constraints.txt dist/andabata-0.1.0-py3-none-any.whl
 .venv/bin/andabata doctor --self-test
 .venv/bin/andabata drive --time-limit 10 --record drive.mcap
+.venv/bin/andabata bag export drive.mcap --out tracks --clouds ply --quiet
+.venv/bin/andabata scan "$(find tracks -name 'points_relative_*.ply' | sort | tail -1)"
+.venv/bin/andabata demo --set trials=1 --set episodes=8 --quiet
 du -sh .venv

@@ -24,10 +24,11 @@ from terrain.kernel import borrowing_kernel
 NAMES = ("imu", "wheels", "compass", "gravity", "gnss")
 """Names of the senses in warnings; ``gravity`` is the accelerometer of the inertial unit."""
 
-RATE, USUAL_RATE, KNOWN, AGE, USUAL_AGE, DOUBT, SINCE, COLUMNS = range(8)
-"""Columns of a sense: rate of its usable readings [Hz], its usual rate, time for which it is known
-[s], age of its newest reading on arrival [s], its usual age, doubt and its begin [s]; and their
-number."""
+RATE, USUAL_RATE, KNOWN, AGE, USUAL_AGE, DOUBT, SINCE, FIRST, NEWEST, READ, COLUMNS = range(11)
+"""Columns of a sense: rate at which its usable readings arrive [Hz], its usual rate by their own
+stamps, time for which it is known [s], age of its newest reading on arrival [s], its usual age,
+doubt and its begin [s], stamps of the first and of the newest reading [s], number of readings since
+the first; and the number of columns."""
 
 FEW, LATE = 1, 2
 """Doubts; 0 is none."""
@@ -40,6 +41,9 @@ _LEARNING = 3.0
 
 _BEGUN = 1e-9
 """Time for which a sense is known at its first reading [s]."""
+
+_LONGEST_GAP = 1.5
+"""Longest time between the stamps of readings that the usual rate is learned from [s]."""
 
 _MEMORY = 30.0
 """Time constant with which the usual rate follows [s]."""
@@ -59,6 +63,23 @@ wait together at a start are old once."""
 
 
 @borrowing_kernel
+def _follow_usual_rate(
+    sense: NDArray[np.float64], count: int, newest: float, is_known: bool
+) -> None:
+    """Follow the usual rate by the stamps of readings: a process that was held up gets a burst."""
+    time, sense[NEWEST] = newest - sense[NEWEST], newest
+    sense[READ] += count
+    if not is_known and time > _LONGEST_GAP:
+        # What waited at the start: learn from here on.
+        sense[KNOWN], sense[FIRST], sense[READ] = _BEGUN, newest, 0.0
+    elif not is_known:
+        sense[USUAL_RATE] = sense[READ] / (newest - sense[FIRST])
+    elif count > _ENOUGH * sense[USUAL_RATE] * time:
+        near = min(count / time, 1.25 * sense[USUAL_RATE])
+        sense[USUAL_RATE] += (near - sense[USUAL_RATE]) * min(time / _MEMORY, 1.0)
+
+
+@borrowing_kernel
 def follow_arrivals(
     sense: NDArray[np.float64], stamp: float, dt: float, count: int, newest: float
 ) -> None:
@@ -73,18 +94,15 @@ def follow_arrivals(
     """
     if sense[KNOWN] == 0.0 and count > 0:
         sense[KNOWN], sense[USUAL_AGE] = _BEGUN, stamp - newest
+        sense[FIRST], sense[NEWEST] = newest, newest
         return
     if not dt > 0.0 or sense[KNOWN] == 0.0:
         return
     sense[RATE] += (count / dt - sense[RATE]) * (1.0 - np.exp(-dt / _WINDOW))
     is_known = sense[KNOWN] >= _LEARNING
     sense[KNOWN] += min(dt, _WINDOW)
-    if not is_known:
-        sense[USUAL_RATE] = sense[RATE]
-    elif sense[RATE] > _ENOUGH * sense[USUAL_RATE]:
-        # A burst after a pause is no new habit.
-        near = min(sense[RATE], 1.25 * sense[USUAL_RATE])
-        sense[USUAL_RATE] += (near - sense[USUAL_RATE]) * min(dt / _MEMORY, 1.0)
+    if count > 0 and newest > sense[NEWEST]:
+        _follow_usual_rate(sense, count, newest, is_known)
     is_late = sense[DOUBT] == LATE
     if count > 0:
         sense[AGE] = stamp - newest

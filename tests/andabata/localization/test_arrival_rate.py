@@ -159,6 +159,22 @@ def test_a_burst_after_a_pause_is_no_new_habit():
     assert not any(drive(rate, 10.6, 20.0))
 
 
+@pytest.mark.parametrize("begin", [0.4, 1.9])
+def test_a_process_that_is_held_up_while_it_learns_learns_the_rate_of_the_stamps(begin):
+    """What waited comes at once in the last period of the learning; it is no habit."""
+    rate = ArrivalRate()
+    rate.reset(BEGIN)
+    assert not any(drive(rate, 0.0, begin))
+    drive(rate, begin, 3.0 - begin, lambda given, k: EMPTY)
+    waited = round(100 * (3.1 - begin))
+    late = rows(BEGIN + 3.1, hz=10 * waited)
+    for name in ("imu", "wheels", "compass"):
+        late[name][:, 0] = BEGIN + begin + np.arange(1, waited + 1) / 100
+    drive(rate, 3.0, 0.1, lambda given, k: late)
+    assert not any(drive(rate, 3.1, 20.0))
+    assert after(drive(rate, 23.1, 3.0, only("wheels", 0.1))) <= 1.0
+
+
 def test_periods_of_any_length_are_the_same_rate():
     """Two updates in a control period, or one after a stall."""
     sense, stamp = np.zeros(COLUMNS), 100.0

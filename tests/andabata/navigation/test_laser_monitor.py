@@ -213,7 +213,7 @@ def test_a_laser_that_sends_few_sweeps_is_not_usable():
     assert not any(feed(monitor, sparse, 6.0, 2.0))
     assert not monitor.is_usable
     (cause,) = monitor.causes
-    assert cause.startswith("laser: fewer usable readings than usual, by 5")
+    assert cause.startswith("laser: fewer usable readings than usual, by 61 %")
     assert monitor.update(sweeps(8.1, noisy(8.1)), TRACK).sweeps is not None
     feed(monitor, lambda t: sweeps(t, noisy(t)), 8.1, 2.0)
     assert monitor.is_usable

@@ -9,10 +9,8 @@ from terrain.classes import TRAITS
 from terrain.heightfield import Heightfield
 from worlds.quiet_pybullet import pybullet
 from worlds.rooms.movers import MoverPlan
+from worlds.walking import BELOW
 from worlds.world import World
-
-BELOW = (0.0, 0.0, -1000.0)
-"""Place of a walker that is not there, or far from the robot [m]."""
 
 _MAX_TRIANGLES = 40_000
 """Number of triangles after which a new mesh begins."""

@@ -20,6 +20,9 @@ from worlds.world import World
 HeightGrid = tuple[NDArray[np.float32], float]
 """Heights of the ground's nodes [m], shape (nx, ny), and the distance of two nodes [m]."""
 
+BELOW = (0.0, 0.0, -1000.0)
+"""Place of a walker's body in an engine when it is not there, or far from the robot [m]."""
+
 _WALKER = int(SemanticClass.WALKER)
 
 _KEPT = 2048

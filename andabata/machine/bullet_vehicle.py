@@ -21,10 +21,10 @@ from andabata.machine.pose import Pose
 from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
-from worlds.bodies import BELOW, build_solids, build_walkers, move_walker
+from worlds.bodies import build_solids, build_walkers, move_walker
 from worlds.drag import PERIOD, SLOWEST, drag_at, drag_map
 from worlds.quiet_pybullet import pybullet
-from worlds.walking import WalkerTrack
+from worlds.walking import BELOW, WalkerTrack
 from worlds.world import Start, World
 
 _WHEELS = ("front_left", "rear_left", "front_right", "rear_right")

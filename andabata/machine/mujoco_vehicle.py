@@ -22,9 +22,8 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.machine.vectors import Axes, axes_of
 from andabata.machine.wheel_contact import fit_wheel_plane, quaternion
-from worlds.bodies import BELOW
 from worlds.drag import PERIOD, SLOWEST, drag_at, drag_map
-from worlds.walking import WalkerTrack
+from worlds.walking import BELOW, WalkerTrack
 from worlds.world import Start, World
 
 _AROUND = 4.0

@@ -1,13 +1,14 @@
 """Guard against other distributions with our import names."""
 
 import base64
+import csv
 import hashlib
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import Distribution, distributions
 from importlib.util import find_spec
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from andabata.distribution import HOME, install_again
@@ -142,15 +143,18 @@ def changed_text(changed: Sequence[Path], claims: Sequence[Claim]) -> str | None
 
 
 def _recorded(installed: Iterable[Distribution]) -> dict[Path, str]:
-    """Return the digests of our packages' files in our own record of what was installed."""
-    return {
-        Path(str(file.locate())).resolve(): file.hash.value
-        for each in installed
-        if _name(each) == _OURS
-        for file in each.files or ()
-        if file.parts[0] in (_OURS, *SIBLINGS)
-        if file.hash is not None and file.hash.mode == "sha256"
-    }
+    """Return the digests of our packages' files in our own record of what was installed.
+
+    ``Distribution.files`` leaves out those that are gone from Python 3.12 on; the record has them.
+    """
+    ours = [each for each in installed if _name(each) == _OURS]
+    rows = [
+        (each, file, digest.removeprefix("sha256="))
+        for each in ours
+        for file, digest, _ in csv.reader((each.read_text("RECORD") or "").splitlines())
+        if digest.startswith("sha256=") and PurePosixPath(file).parts[0] in (_OURS, *SIBLINGS)
+    ]
+    return {Path(str(each.locate_file(file))).resolve(): digest for each, file, digest in rows}
 
 
 def _way_out(name: str, origin: Path | None) -> str:

@@ -12,7 +12,7 @@ def announce_plant(plant: Plant, console: Console) -> None:
         console: Console that shows the remark.
 
     Raises:
-        PlantError: If it is ``bullet`` and pybullet is not installed.
+        PlantError: If the package of its engine is not installed.
     """
     check_plant(plant)
     remark = default_remark(plant)

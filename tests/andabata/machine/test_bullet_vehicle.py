@@ -8,26 +8,15 @@ from tests.support.plants import module_needs_bullet
 module_needs_bullet()
 
 from andabata.machine.bullet_vehicle import BulletConfig, BulletVehicle
-from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
-from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from tests.support.driven_plants import ROBOT, slope, twist
 from worlds.quiet_pybullet import pybullet
 from worlds.world import Start
 
-ROBOT = RobotModel()
-KINEMATICS = SkidSteer(ROBOT)
 ORIGIN = Start(0.0, 0.0, 0.0)
-
-
-def slope(angle_deg):
-    return lambda x, y: np.tan(np.deg2rad(angle_deg)) * x
-
-
-def twist(vehicle, speed, rate, seconds):
-    return vehicle.drive(KINEMATICS.wheel_speeds(speed, rate), round(seconds * 100))
 
 
 @pytest.fixture(scope="module")

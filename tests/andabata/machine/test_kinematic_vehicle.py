@@ -10,21 +10,14 @@ from andabata.machine.kinematic_vehicle import (
     contact_map,
     plant_parameters,
 )
-from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
-from andabata.machine.robot import RobotModel
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from tests.support.driven_plants import ROBOT, twist
 from worlds.world import Start
 
-ROBOT = RobotModel()
-KINEMATICS = SkidSteer(ROBOT)
 ORIGIN = Start(0.0, 0.0, 0.0)
 EXACT = KinematicConfig(slip_sigma=0.0)
-
-
-def twist(vehicle, speed, rate, seconds):
-    return vehicle.drive(KINEMATICS.wheel_speeds(speed, rate), round(seconds * 100))
 
 
 def exact(make_ground, height=lambda x, y: 0.0 * x, **options):

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from andabata.machine.kinematics import SkidSteer
 from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.pose import wrap
-from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
 from terrain.classes import SemanticClass
 from terrain.generators import smooth_noise
 from terrain.objects import box, frustum
+from tests.support.driven_plants import KINEMATICS, ROBOT, slope, twist
 from worlds.world import Start
 
 pytest.importorskip("mujoco", reason="mujoco is not installed (extra `mujoco`)")
@@ -19,17 +18,7 @@ pytest.importorskip("mujoco", reason="mujoco is not installed (extra `mujoco`)")
 from andabata.machine.mujoco_model import MujocoConfig
 from andabata.machine.mujoco_vehicle import MujocoVehicle
 
-ROBOT = RobotModel()
-KINEMATICS = SkidSteer(ROBOT)
 ORIGIN = Start(0.0, 0.0, 0.0)
-
-
-def slope(angle_deg):
-    return lambda x, y: np.tan(np.deg2rad(angle_deg)) * x
-
-
-def twist(vehicle, speed, rate, seconds):
-    return vehicle.drive(KINEMATICS.wheel_speeds(speed, rate), round(seconds * 100))
 
 
 @pytest.fixture(scope="module")

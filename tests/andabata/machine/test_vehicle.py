@@ -4,29 +4,18 @@ import numpy as np
 import pytest
 
 from andabata.machine.kinematic_vehicle import KinematicConfig, KinematicVehicle
-from andabata.machine.kinematics import SkidSteer
 from andabata.machine.pose import wrap
-from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.vehicle import make_vehicle
 from andabata.machine.wheels.vehicle import WheelsVehicle
 from terrain.classes import SemanticClass
 from terrain.generators import smooth_noise
 from terrain.objects import box, frustum
+from tests.support.driven_plants import ROBOT, slope, twist
 from tests.support.plants import ALL_PLANTS, needs_bullet
 from worlds.world import Start
 
-ROBOT = RobotModel()
-KINEMATICS = SkidSteer(ROBOT)
 ORIGIN = Start(0.0, 0.0, 0.0)
-
-
-def slope(angle_deg):
-    return lambda x, y: np.tan(np.deg2rad(angle_deg)) * x
-
-
-def twist(vehicle, speed, rate, seconds):
-    return vehicle.drive(KINEMATICS.wheel_speeds(speed, rate), round(seconds * 100))
 
 
 @pytest.fixture(params=ALL_PLANTS)

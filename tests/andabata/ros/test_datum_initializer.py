@@ -97,7 +97,7 @@ def test_a_given_start_keeps_its_position_once_the_fixes_agree(standing, models)
     messages = [(EPOCH + 1, topics.INITIAL_POSE, start), *standing]
     _, node, _ = navigate(messages, models)
     data = node.run(seconds=8.0)
-    assert data["datum"]["source"] == "the first good fix, at the given start"
+    assert data["datum"]["source"] == "the mean of 5 good fixes, at the given start"
     here = GeoReference(
         **{k: data["datum"][k] for k in ("latitude_deg", "longitude_deg")},
         altitude=data["datum"]["altitude_m"],

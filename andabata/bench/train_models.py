@@ -47,6 +47,12 @@ _PLAIN = (
     "--set",
     "close_share=0",
 )
+_ROUGH = {
+    "r": (160, "natural-rough", (1200, 96)),
+    "s": (170, "meadow-rough", (720, 96)),
+}
+"""Rough ground: first seed, world, and the numbers of clouds of the paper's laser, to train on and
+to validate; three others have 240 and 24."""
 
 
 def data_sets() -> dict[str, list[str]]:
@@ -62,6 +68,11 @@ def data_sets() -> dict[str, list[str]]:
             111 + k, 360, 96, "--sensor", laser, "--set", "varied_share=0.8"
         )
     options["c6"] = _options(114, 1200, 84, *stony)
+    for name, (first, world, counts) in _ROUGH.items():
+        for k, laser in enumerate(("utm-30lx", "vlp-16", "os1-64", "livox-rosette")):
+            options[f"{name}-{laser}"] = _options(
+                first + k, *(counts if k == 0 else (240, 24)), *_rough(laser, world)
+            )
     for name, first, counts, more in (
         ("d", 120, (360, 48), _MEADOWS),
         ("e", 140, (120, 24), _PLAIN),
@@ -86,6 +97,12 @@ def commands(folder: Path) -> list[list[str]]:
         ["classifier", "train", "--clouds", first, *_together(others), *out],
         ["classifier", "ground", "--clouds", first, *_together(of_ground), *out],
     ]
+
+
+def _rough(laser: str, world: str) -> tuple[str, ...]:
+    """Return the options of clouds of rough ground."""
+    ground = ("--set", f'presets=["{world}"]', "--set", "difficulty=[0.0, 1.0]")
+    return ("--sensor", laser, "--set", "varied_share=0.3", *ground)
 
 
 def _options(seed: int, train: int, validation: int, *more: str) -> list[str]:

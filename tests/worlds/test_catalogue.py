@@ -14,6 +14,7 @@ NAMES = (
     "lake",
     "maze",
     "meadow",
+    "meadow-rough",
     "natural",
     "natural-far",
     "natural-rough",

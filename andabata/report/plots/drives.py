@@ -65,8 +65,12 @@ def world_figure(world: World) -> Figure:
     _draw_tasks(above, world.tasks)
     walkers = [each for each in world.movers if each.plan.appears_at == 0.0]
     for walker in walkers:
-        above.add_patch(Circle(walker.place, 0.6, color=_WALKER_COLOUR))
+        # A person of 0.25 m would be a speck.
+        radius = max(0.6, walker.plan.radius)
+        above.add_patch(Circle(walker.place, radius, color=_WALKER_COLOUR))
         above.arrow(*walker.place, *(3.0 * np.array(walker.velocity)), color=_WALKER_COLOUR)
+        if walker.behaviour is not None and walker.behaviour.track:
+            above.plot(*zip(*walker.behaviour.track, strict=True), ":", color=_WALKER_COLOUR)
     above.set_title(f"{world.name} {world.seed} from above: where the robot must not drive")
     aslant.imshow(panorama(world, (900, 740)))
     aslant.set_axis_off()

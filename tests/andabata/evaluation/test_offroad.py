@@ -163,7 +163,7 @@ def test_a_failure_among_walkers_comes_with_where_they_went():
     assert walkers == len(failure.world.movers) > 0
     there = (failure.walkers[-2:, :, 3] > 0).all(axis=0)
     moved = np.hypot(*np.diff(failure.walkers[-2:, there, :2], axis=0)[0].T)
-    assert 0.03 < moved.max() < 0.13
+    assert 0.03 < moved.max() < 0.25
 
 
 def picture(failure):

@@ -15,7 +15,14 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.drive_trace import DriveTrace
 from andabata.evaluation.estimate_error import EstimateError
-from andabata.evaluation.trial import HARMS, OffroadAttempt, Operator, run_trial, strict_row
+from andabata.evaluation.trial import (
+    HARMS,
+    OffroadAttempt,
+    Operator,
+    run_trial,
+    strict_row,
+    walker_row,
+)
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.fault_watch import FaultWatch, response_as_dict
@@ -103,6 +110,7 @@ class Driven:
                     "arrival_error_m": attempt.detail.arrival_error,
                     "position_error_m": attempt.detail.position_error,
                     **strict_row(attempt),
+                    **walker_row(attempt),
                 }
                 for attempt in self.attempts
             ],

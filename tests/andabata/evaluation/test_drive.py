@@ -163,6 +163,10 @@ def test_a_drive_lists_where_walkers_were(make_ground):
     data = Driven(make_ground(), task, "policy", (hit,), None, rows).as_dict()
     assert json.loads(json.dumps(data)) == data
     assert data["attempts"][0]["contact"] == "hit_at_rest"
+    assert "walker" not in data["attempts"][0]
+    named = replace(hit, detail=replace(hit.detail, walker="vehicle"))
+    data = Driven(make_ground(), task, "policy", (named,), None, rows).as_dict()
+    assert data["attempts"][0]["walker"] == "vehicle"
     assert [one["stamped_path"] for one in data["walkers"]] == [
         [[0.0, 1.0, 2.0, 0.5], [1.0, 2.0, 2.0, 0.5], [2.0, 3.0, 2.0, 0.5]],
         [[1.0, 4.0, 4.12, 0.0]],

@@ -220,6 +220,7 @@ def test_attempts_go_through_their_rows():
     """What is read has the SPL of what was driven, to the bit, and its contact."""
     (attempt,) = drive_trial(small(goals=1), Models(), 0)
     attempt = replace(attempt, outcome=Outcome.COLLISION, contact=Contact.HIT)
+    attempt = replace(attempt, detail=replace(attempt.detail, walker="animal"))
     again = attempt_of(json.loads(json.dumps(attempt_row(attempt))))
     assert again.path.shape == (0, 3)
     assert np.isnan(again.shortest)

@@ -122,13 +122,14 @@ class Driven:
         }
 
     def _walkers(self) -> list[dict[str, Any]]:
-        """Return size and path of each walker, ready for JSON."""
+        """Return kind, size and path of each walker, ready for JSON."""
         walkers = []
-        for rows in np.moveaxis(self.walkers, 1, 0):
+        for mover, rows in zip(self.world.movers, np.moveaxis(self.walkers, 1, 0), strict=False):
             seconds = np.flatnonzero(rows[:, _RADIUS] > 0.0)
             if len(seconds):
                 places = np.column_stack([seconds, rows[seconds, :3]])
-                size = {"radius_m": rows[:, _RADIUS].max(), "height_m": rows[0, _HEIGHT]}
+                size: dict[str, Any] = {"kind": mover.kind}
+                size |= {"radius_m": rows[:, _RADIUS].max(), "height_m": rows[0, _HEIGHT]}
                 walkers.append(size | {"stamped_path": np.round(places, 2).tolist()})
         return walkers
 

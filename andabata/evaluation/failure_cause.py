@@ -41,9 +41,7 @@ def touched_kind(
     if contact not in _WALKERS or walkers is None or not len(walkers):
         return ""
     gaps = np.hypot(*(walkers[:, :2] - place[:2]).T) - walkers[:, 3]
-    nearest = int(np.argmin(np.where(walkers[:, 3] > 0.0, gaps, np.inf)))
-    behaviour = world.movers[nearest].behaviour
-    return "walker" if behaviour is None else behaviour.kind
+    return world.movers[int(np.argmin(np.where(walkers[:, 3] > 0.0, gaps, np.inf)))].kind
 
 
 def failure_cause(

@@ -120,6 +120,11 @@ class Mover:
     plan: MoverPlan
     behaviour: Behaviour | None = None
 
+    @property
+    def kind(self) -> str:
+        """Kind of its behaviour; ``walker`` for one that goes straight."""
+        return "walker" if self.behaviour is None else self.behaviour.kind
+
     def __post_init__(self) -> None:
         """Refuse places and velocities that are no numbers."""
         for name, (x, y) in (("place", self.place), ("velocity", self.velocity)):

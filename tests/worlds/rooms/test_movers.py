@@ -60,3 +60,10 @@ def test_a_behaviour_has_what_its_kind_has(given, words):
     """A track is a vehicle's, a leader and manners are a person's."""
     with pytest.raises(ValidationError, match=words):
         Behaviour(**given)
+
+
+def test_a_mover_has_the_kind_of_its_behaviour():
+    """One without goes straight, and is a walker."""
+    plan = MoverPlan(radius=0.3)
+    assert Mover((0.0, 0.0), (0.0, 0.0), plan).kind == "walker"
+    assert Mover((0.0, 0.0), (0.0, 0.0), plan, Behaviour(kind="animal")).kind == "animal"

@@ -126,7 +126,8 @@ def decide(
 def stride(state: Movers, agents: Agents, solids: Solids, nearby: Nearby, dt: float) -> None:
     """Move all movers for a tick: agents as they want, the others straight and back.
 
-    An agent slides along what it would overlap, or stays: none overlaps a solid or another.
+    An agent slides along what it would overlap, or stays: none overlaps a solid or another. A
+    vehicle stays on its track and waits.
 
     Args:
         state: Movers, changed in place.
@@ -145,7 +146,7 @@ def stride(state: Movers, agents: Agents, solids: Solids, nearby: Nearby, dt: fl
         vx, vy = agents.wanted[m, 0], agents.wanted[m, 1]
         place = state.places[0, m]
         free, nx, ny = free_for(m, place[0] + vx * dt, place[1] + vy * dt, state, solids, nearby)
-        if not free:
+        if not free and agents.kinds[m] != VEHICLE:
             # What is left of the velocity along the surface.
             length = np.hypot(nx, ny)
             against = (vx * nx + vy * ny) / length if length > 0.0 else 0.0
@@ -300,7 +301,7 @@ def _stepping_aside(
         reach = radius + robot.radius + _COMFORT
         px, py = _push(robot.x - x, robot.y - y, robot.vx - vx, robot.vy - vy, reach)
         ax, ay = ax + px, ay + py
-    # A body's own speed bounds what it can add, and twice it what is added in a crowd.
+    # Twice its usual speed is what it takes to turn back from its way altogether.
     speed = agents.speeds[m]
     return _capped(vx + 2.0 * speed * ax, vy + 2.0 * speed * ay, HURRY * speed)
 

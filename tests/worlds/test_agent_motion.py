@@ -5,7 +5,7 @@ import pytest
 
 from terrain.classes import SemanticClass
 from terrain.objects import box, frustum
-from tests.support.walking_worlds import agent, peopled, walker
+from tests.support.walking_worlds import agent, heading_east, heading_west, peopled, walker
 from worlds.agents import HURRY
 from worlds.walkers import solids_room
 from worlds.walking import Walkers
@@ -23,15 +23,6 @@ def walked(world, movers, seconds, robot=lambda t: FAR, gap=0.45):
         places.append(track.places[-1].copy())
         velocities.append(track.velocities[-1].copy())
     return np.array(places), np.array(velocities)
-
-
-def heading_east(**behaviour):
-    """Return a person at (-4, 0) whose first place to go lies to the east."""
-    for seed in range(1000):
-        x, y = np.random.default_rng(seed).random(2)
-        if x > 0.97 and abs(y - 0.5) < 0.02:
-            return agent("person", (-4.0, 0.0), (1.0, 0.0), seed=seed, **behaviour)
-    raise AssertionError("expected a seed that heads east")
 
 
 def test_who_gives_way_steps_aside_for_a_robot_that_stands(make_ground):
@@ -70,13 +61,7 @@ def test_the_robot_moves_nobody_who_does_not_give_way(make_ground):
 
 def test_two_people_head_on_pass_each_other(make_ground):
     """They keep to the right, and never touch."""
-    east = heading_east()
-    west = next(
-        agent("person", (4.0, 0.0), (-1.0, 0.0), seed=seed)
-        for seed in range(1000)
-        if (draw := np.random.default_rng(seed).random(2))[0] < 0.03 and abs(draw[1] - 0.5) < 0.02
-    )
-    places, _ = walked(make_ground(), [east, west], 8.0)
+    places, _ = walked(make_ground(), [heading_east(), heading_west()], 8.0)
     gaps = np.hypot(*(places[:, 0] - places[:, 1]).T)
     assert gaps.min() > 0.5
     assert places[-1, 0, 0] > 2.5
@@ -153,6 +138,15 @@ def test_a_vehicle_drives_to_and_fro_on_its_track(make_ground):
     for second, expected in ((3, (3, 0)), (5, (3, 2)), (7, (3, 4)), (11, (3, 0)), (14, (0, 0))):
         np.testing.assert_allclose(places[10 * second, 0], expected, atol=1e-9)
     np.testing.assert_allclose(places[170, 0], (3, 0), atol=1e-9)
+
+
+def test_a_vehicle_waits_for_who_stands_on_its_track(make_ground):
+    """It stops where they touch, and leaves the track by nothing."""
+    made = agent("vehicle", (0.0, 0.0), radius=0.9, track=((0.0, 0.0), (8.0, 0.0)))
+    places, velocities = walked(make_ground(), [made, walker((4.0, 0.1))], 6.0)
+    np.testing.assert_array_equal(places[:, 0, 1], 0.0)
+    assert places[-1, 0, 0] == pytest.approx(4.0 - (1.15**2 - 0.1**2) ** 0.5, abs=0.011)
+    np.testing.assert_array_equal(velocities[-1, 0], 0.0)
 
 
 def test_nobody_overlaps_in_a_crowd(make_ground):

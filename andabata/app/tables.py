@@ -84,6 +84,7 @@ def _estimate_lines(estimate: Data | None) -> list[str]:
 def _ending(attempt: Data) -> str:
     """Return how an attempt ended; of a collision also what was hit, and who drove into whom."""
     contact = attempt.get("contact", "").replace("_", " ")
+    contact = ", ".join(filter(None, (contact, attempt.get("walker"))))
     outcome = str(attempt["outcome"])
     return f"{outcome} ({contact})" if contact and outcome == "collision" else outcome
 

@@ -191,7 +191,9 @@ def test_a_drive_says_who_drove_into_whom(capsys):
     attempt = {"goal": 1, "time_s": 2.0, "distance_m": 0.5, "trespass_m": 0.0}
     hit = attempt | {"outcome": "collision", "contact": "hit_at_rest"}
     late = attempt | {"outcome": "timeout", "contact": ""}
-    lines = drive_text("title", {"attempts": [hit, late]}).splitlines()
+    named = hit | {"contact": "mover", "walker": "animal"}
+    lines = drive_text("title", {"attempts": [hit, late, named]}).splitlines()
+    assert lines[3].startswith("goal 1: collision (mover, animal) after 2.0 s")
     assert lines[1].startswith("goal 1: collision (hit at rest) after 2.0 s")
     assert lines[2].startswith("goal 1: timeout after 2.0 s")
 

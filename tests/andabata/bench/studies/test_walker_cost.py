@@ -1,0 +1,38 @@
+"""Cost of walkers: as many as were asked for, in the shares of the preset, and a row for each."""
+
+from collections import Counter
+
+import pytest
+
+from andabata.bench.studies.walker_cost import time_steps, with_walkers
+from worlds.agents import check_movers
+from worlds.catalogue import make_world, patch
+
+
+@pytest.fixture(scope="module")
+def world():
+    """Return a small natural world."""
+    return make_world("natural-test", 3, config=patch("natural-test", 50.0, 0.25))
+
+
+def test_a_world_gets_as_many_walkers_as_asked_for(world, monkeypatch):
+    """Of all kinds; where fewer find a place, the error says how many."""
+    peopled = with_walkers(world, 40)
+    check_movers(peopled.movers)
+    assert len(peopled.movers) == 40
+    kinds = Counter(mover.kind for mover in peopled.movers)
+    assert set(kinds) == {"person", "animal", "vehicle"}
+    assert kinds["person"] > 20
+    monkeypatch.setattr("andabata.bench.studies.walker_cost._SPARE", 0.5)
+    with pytest.raises(ValueError, match="walkers: expected places for 40, got 2"):
+        with_walkers(world, 40)
+
+
+def test_each_number_has_a_row(world):
+    """Without walkers their motion costs nothing."""
+    none, few = time_steps(world, (0, 3), 2)
+    assert (none["walkers"], few["walkers"]) == (0, 3)
+    assert none["motion, median [ms]"] == 0.0
+    assert few["motion, median [ms]"] > 0.0
+    assert few["motion, 95 % [ms]"] >= few["motion, median [ms]"]
+    assert none["simulator with laser, median [ms]"] > 0.0

@@ -35,30 +35,23 @@ _RUN_IN = 20
 _RADIUS = 0.45
 """Radius of the robot [m]."""
 
-_SPARE = 1.5
-"""Factor of the number that is drawn, since some find no place."""
-
 
 def with_walkers(world: World, count: int) -> World:
-    """Return a world with a number of walkers, in the shares of the preset natural-walkers.
+    """Return a world with about as many walkers, in the shares of the preset natural-walkers.
 
     Args:
         world: World without walkers.
-        count: Number of walkers.
-
-    Raises:
-        ValueError: If fewer found a place.
+        count: Number of walkers; groups are of random size, and some may find no place.
     """
     preset = presets()["natural-walkers"]
     assert isinstance(preset, NaturalConfig)
-    share = _SPARE * count / preset.walkers.most_at(0.5)
+    # Groups have three people on average, and four at most.
+    usual = preset.walkers.most_at(0.5) - preset.walkers.people.groups
+    share = count / usual
     room = solids_room(world.ground, world.objects)
     rng = np.random.default_rng(world.seed)
     movers = draw_walkers(preset.walkers.scaled(share), room, world.tasks, rng, world.truth)
-    if len(movers) < count:
-        raise ValueError(f"walkers: expected places for {count}, got {len(movers)}; take fewer")
-    # Leaders stand before those who follow them.
-    return replace(world, movers=movers[:count])
+    return replace(world, movers=movers[:MOST])
 
 
 def time_steps(world: World, counts: Sequence[int] = COUNTS, steps: int = 300) -> list[Row]:
@@ -66,17 +59,18 @@ def time_steps(world: World, counts: Sequence[int] = COUNTS, steps: int = 300) -
 
     Args:
         world: World without walkers.
-        counts: Numbers of walkers.
+        counts: Numbers of walkers, about.
         steps: Number of control steps of each measurement.
     """
     scene = RayScene(world)
     rows: list[Row] = []
     for count in counts:
         peopled = with_walkers(world, count)
-        motion = _motion_times(peopled, steps) if count else np.zeros(steps)
+        found = len(peopled.movers)
+        motion = _motion_times(peopled, steps) if found else np.zeros(steps)
         rows.append(
             {
-                "walkers": count,
+                "walkers": found,
                 "motion, median [ms]": 1e3 * float(np.median(motion)),
                 "motion, 95 % [ms]": 1e3 * float(np.quantile(motion, 0.95)),
                 "simulator with laser, median [ms]": 1e3

@@ -15,23 +15,21 @@ def world():
     return make_world("natural-test", 3, config=patch("natural-test", 50.0, 0.25))
 
 
-def test_a_world_gets_as_many_walkers_as_asked_for(world, monkeypatch):
-    """Of all kinds; where fewer find a place, the error says how many."""
+def test_a_world_gets_about_as_many_walkers_as_asked_for(world):
+    """Of all kinds, in the shares of the preset."""
     peopled = with_walkers(world, 40)
     check_movers(peopled.movers)
-    assert len(peopled.movers) == 40
+    assert 34 <= len(peopled.movers) <= 46
     kinds = Counter(mover.kind for mover in peopled.movers)
     assert set(kinds) == {"person", "animal", "vehicle"}
     assert kinds["person"] > 20
-    monkeypatch.setattr("andabata.bench.studies.walker_cost._SPARE", 0.5)
-    with pytest.raises(ValueError, match="walkers: expected places for 40, got 2"):
-        with_walkers(world, 40)
 
 
 def test_each_number_has_a_row(world):
     """Without walkers their motion costs nothing."""
-    none, few = time_steps(world, (0, 3), 2)
-    assert (none["walkers"], few["walkers"]) == (0, 3)
+    none, few = time_steps(world, (0, 6), 2)
+    assert none["walkers"] == 0
+    assert 3 <= few["walkers"] <= 9
     assert none["motion, median [ms]"] == 0.0
     assert few["motion, median [ms]"] > 0.0
     assert few["motion, 95 % [ms]"] >= few["motion, median [ms]"]

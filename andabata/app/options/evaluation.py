@@ -117,8 +117,8 @@ class OffroadEvaluationOptions:
     suite: Annotated[
         str | None,
         typer.Option(
-            help="generalisation (160 worlds), development (24) or walkers (those 24 with "
-            "walkers), instead of --world, --trials.",
+            help="generalisation (160 worlds), development (24) or walkers (those 24 with people, "
+            "animals and a vehicle), instead of --world, --trials.",
             rich_help_panel=_OFFROAD,
         ),
     ] = None

@@ -63,7 +63,9 @@ class RoomVectorEnv(PlanarVectorEnv):
     | td3, gdae | ranges (20,), goal (2,), velocity (2,) |
 
     With ``earlier_scan`` the windows of an earlier scan stand behind those of the present. With
-    ``shield`` a command may be replaced by one that gets out of the way of movers.
+    ``shield`` a command may be replaced by one that gets out of the way of movers. With ``drift``
+    robots go by a pose that drifts, with ``noise`` their beams are not exact. An earlier scan is
+    aligned by the true motion: in its few steps a pose hardly drifts.
 
     ## Reward
     Terms of ``room_reward``: +5 at the goal, -5 in a collision, else the progress in metres and the
@@ -99,11 +101,12 @@ class RoomVectorEnv(PlanarVectorEnv):
         self._rooms = [make_room(name) for name in config.all_rooms]
         self._renderer = room_renderer(config)
         movers = self._renderer.movers
-        self._in_rooms = RoomBatch(num_envs, self._rooms, config.robot, config.lidar, movers)
+        machine = config.robot, config.lidar, movers, config.odometry_errors
+        self._in_rooms = RoomBatch(num_envs, self._rooms, *machine)
         spaces = config.observations, config.actions
         super().__init__(self._in_rooms, *spaces, config.terminations, num_envs, autoreset)
         self._bearings = config.lidar.bearings
-        self._maps = [] if config.map is None else [LidarMap(config.map) for _ in range(num_envs)]
+        self._maps = [] if config.map is None else [_map(config) for _ in range(num_envs)]
         self._shields = [] if config.shield is None else [_shield(config) for _ in range(num_envs)]
         self._targets = np.zeros((num_envs, 2))
         self._goal_bearings = np.zeros(num_envs)
@@ -128,6 +131,11 @@ class RoomVectorEnv(PlanarVectorEnv):
         return self._in_rooms.poses.copy()
 
     @property
+    def believed_poses(self) -> NDArray[np.float64]:
+        """Copy of the x, y [m] and yaw [rad] that each robot believes in, shape (n, 3)."""
+        return self._in_rooms.believed.copy()
+
+    @property
     def _situations(self) -> NDArray[np.float32] | None:
         """Situations of all robots where a replay keeps them; see ``RoomRenderer``."""
         if not self.config.keeps_situations:
@@ -142,6 +150,9 @@ class RoomVectorEnv(PlanarVectorEnv):
         index, task = self._drawn(rng, options)
         movers = draw_movers(self._rooms[index], rng, task, self.config.robot.radius)
         self._in_rooms.place(k, index, task.start, movers)
+        if self._in_rooms.odometry is not None:
+            # Its own source: what is drawn besides does not depend on the drift.
+            self._in_rooms.odometry.restart(k, self._in_rooms.poses[k], rng.spawn(1)[0])
         self._goals[k] = task.goal
         self._goal_bearings[k] = self._bearings_to_goals(slice(k, k + 1))[0]
         if self._maps:
@@ -225,7 +236,7 @@ class RoomVectorEnv(PlanarVectorEnv):
         batch, config = self._in_rooms, self.config
         numbers = np.flatnonzero(chosen)
         beams = batch.reciprocals[numbers]
-        if config.noise > 0:
+        if config.noise > 0 and len(numbers):
             beams = np.stack(
                 [self._noisy(int(k), row) for k, row in zip(numbers, beams, strict=True)]
             )
@@ -233,7 +244,10 @@ class RoomVectorEnv(PlanarVectorEnv):
         for row, k in zip(beams, numbers.tolist(), strict=True) if self._maps else ():
             self._targets[k] = self._subgoal(k, row)
         for row, k in zip(beams, numbers.tolist(), strict=True) if self._shields else ():
-            self._shields[k].update(LaserPose(*batch.poses[k].tolist()), 1.0 / row)
+            self._shields[k].update(LaserPose(*batch.believed[k].tolist()), 1.0 / row)
+        if batch.odometry is not None:
+            poses, believed = batch.poses[numbers], batch.believed[numbers]
+            self._targets[numbers] = as_believed(self._targets[numbers], poses, believed)
         earlier = None
         if self._history is not None:
             self._history.update(numbers, beams, batch.poses, batch.movers)
@@ -253,7 +267,7 @@ class RoomVectorEnv(PlanarVectorEnv):
 
     def _subgoal(self, k: int, row: NDArray[np.float32]) -> NDArray[np.float64]:
         """Remember a robot's scan and return where it should head for [m], shape (2,)."""
-        lidar, pose = self.config.lidar, self._in_rooms.poses[k]
+        lidar, pose = self.config.lidar, self._in_rooms.believed[k]
         laser = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
         # A beam that met nothing has the reciprocal of the largest range, rounded.
         reach = lidar.max_range * (1 - 1e-6)
@@ -266,8 +280,32 @@ class RoomVectorEnv(PlanarVectorEnv):
         return {"contact": np.array(labels, dtype=object)}
 
 
+def as_believed(
+    places: NDArray[np.float64], poses: NDArray[np.float64], believed: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return where places really are that robots see at a distance and bearing they believe in.
+
+    From its true pose a robot sees what is returned as it sees the place from the pose that it
+    believes in.
+
+    Args:
+        places: Place in each robot's own frame of the room [m], shape (n, 2).
+        poses: True x, y [m] and yaw [rad], shape (n, 3).
+        believed: x, y [m] and yaw [rad] that they believe in, shape (n, 3).
+    """
+    turn, offsets = poses[:, 2] - believed[:, 2], places - believed[:, :2]
+    c, s = np.cos(turn), np.sin(turn)
+    x, y = c * offsets[:, 0] - s * offsets[:, 1], s * offsets[:, 0] + c * offsets[:, 1]
+    return np.asarray(poses[:, :2] + np.stack([x, y], axis=1))
+
+
+def _map(config: RoomConfig) -> LidarMap:
+    """Return the map of a robot, for its own body."""
+    return LidarMap(config.map, config.robot.radius)
+
+
 def _shield(config: RoomConfig) -> MoverShield:
-    """Return the shield of a robot."""
+    """Return the shield of a robot, for its own body."""
     robot = config.robot
     largest = Twist(robot.max_speed, robot.max_yaw_rate)
     return MoverShield(config.lidar, robot.radius, largest, robot.period, config.shield)

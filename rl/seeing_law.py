@@ -1,7 +1,8 @@
 """Law that sees: turns to the free direction nearest to the goal's, by the present windows alone.
 
 It is the plain reactive navigator that a policy without a memory has to beat. Laws that see nothing
-flatter a policy. It remembers nothing, and its constants are assumptions.
+flatter a policy. It remembers nothing. Its constants were chosen in rooms to develop in
+(``clutter-7303`` to ``clutter-7305``).
 """
 
 from collections.abc import Mapping
@@ -22,8 +23,10 @@ _MARGIN = 0.05
 _LOOK = 1.0
 """Distance up to which a direction has to be free [m]; nearer goals need no more."""
 
-_KEEPING = 1.0
-"""Weight of the turn to a direction beside its angle from the goal: of two, the one ahead."""
+_KEEPING = 0.9
+"""Weight of the turn to a direction beside its angle from the goal: without it the side on which an
+obstacle is passed changes from scan to scan. From 1 on it would not turn to the goal in the open.
+"""
 
 _REACTION = 0.5
 """Time in which the free way straight ahead may be driven [s]."""

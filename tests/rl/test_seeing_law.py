@@ -69,6 +69,27 @@ def test_what_stands_beside_the_way_or_behind_the_goal_does_not_count():
         assert turned(ranges, 0.0, distance)[1] == pytest.approx(0.0, abs=1e-6)
 
 
+def test_of_two_sides_it_takes_the_one_that_it_faces():
+    """A goal somewhat to the left is reached round the right where the left takes a larger turn."""
+    block = around((0.2, 0.5, 0.8))
+    assert turned(block, 0.3)[1] < -0.5
+    assert turned(block, 0.9)[1] > 0.5
+
+
+def test_directions_meet_behind_the_robot():
+    """A goal behind on the left is near to an opening behind on the right."""
+    ranges = np.full(72, 0.9)
+    for opening in (-2.85, 0.0):
+        ranges[np.abs(BEARINGS - opening) < 0.32] = 10.0
+    assert turned(ranges, 3.1) == pytest.approx((0.0, -1.0))
+
+
+def test_speed_is_limited_by_what_is_ahead_not_by_the_way_to_turn_to():
+    """Turning off to a free direction it slows for what it faces: 0.263 m in half a second."""
+    v, w = turned(around((-0.25, 0.1, 0.5)), 0.6)
+    assert (v, w) == pytest.approx((0.263 / 0.5 * np.cos(0.6) ** 4, 1.0), abs=0.01)
+
+
 def test_speed_falls_with_what_is_ahead():
     """The free way of the body's width straight ahead is driven in half a second."""
     narrow = ActionSpec(names=("linear",), low=(0.0,), high=(1.0,), units=("m/s",))

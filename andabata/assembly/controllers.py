@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from andabata.assembly.prior_map import make_prior_map
-from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.assembly.simulated_robot import SimulatedRobotConfig, at_world
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.models import Models, shipped_policy
 from andabata.navigation.controller import Controller, Steering
@@ -105,6 +105,6 @@ def make_steering(
         config.robot,
         config.rollouts,
         config.arrival.distance,
-        make_prior_map(config, world),
+        make_prior_map(config if world is None else at_world(config, world), world),
     )
     return Steering(controller, planner, repeat)

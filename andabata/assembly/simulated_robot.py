@@ -9,6 +9,7 @@ from andabata.assembly.navigator import NavigatorConfig, make_navigator
 from andabata.machine.fault_injector import FaultInjector
 from andabata.machine.faults import FaultSetting
 from andabata.machine.geo_reference import GeoReference
+from andabata.machine.magnetic_model import magnetic_field
 from andabata.machine.plants import Plant, default_plant
 from andabata.machine.pose import Pose
 from andabata.machine.reality import Reality
@@ -19,7 +20,10 @@ from andabata.navigation.controller import Steering
 from andabata.navigation.perception import CloudPerception
 from traversability.cloud import PointCloud
 from worlds.scenes import Scene
-from worlds.world import Start
+from worlds.world import Start, World
+
+_YEAR = 2026.0
+"""Date of simulated drives, for the magnetic field (assumption)."""
 
 
 class SimulatedRobotConfig(NavigatorConfig):
@@ -46,7 +50,7 @@ class SimulatedRobot:
 
     Attributes:
         scene: World and its rays.
-        config: Settings.
+        config: Settings, with the datum of the drive.
         simulator: Plant and sensors.
         navigator: Navigator.
         localizer: Estimator of the navigator's pose.
@@ -75,6 +79,7 @@ class SimulatedRobot:
             ValueError: If the rotating laser comes without classifiers.
         """
         scene = scene.with_vegetation_limit(config.robot.max_traversable_vegetation)
+        config = at_world(config, scene.world)
         self.scene = scene
         self.config = config
         self._rng = np.random.default_rng(0)
@@ -131,6 +136,33 @@ class SimulatedRobot:
     def close(self) -> None:
         """Free the plant."""
         self.simulator.close()
+
+
+def at_world(config: SimulatedRobotConfig, world: World) -> SimulatedRobotConfig:
+    """Return the configuration of a robot in a world, whose datum is that of the drive.
+
+    A world that is nowhere on Earth leaves the configured datum, and so does one that the user has
+    given. The magnetic field is that of the World Magnetic Model.
+
+    Args:
+        config: Configuration for any world.
+        world: World.
+    """
+    datum, given = world.datum, config.sensing.geo_reference
+    if datum is None or given != GeoReference():
+        return config
+    field = magnetic_field(datum.latitude_deg, datum.longitude_deg, datum.altitude, _YEAR)
+    return with_geo_reference(
+        config,
+        GeoReference(
+            latitude_deg=datum.latitude_deg,
+            longitude_deg=datum.longitude_deg,
+            altitude=datum.altitude,
+            declination_deg=field.declination_deg,
+            inclination_deg=field.inclination_deg,
+            field=field.flux_density,
+        ),
+    )
 
 
 def with_geo_reference(

@@ -112,7 +112,8 @@ class DatumInitializer:
         error = np.mean(_places(fixes, datum) - positions[:, :2], axis=0)
         datum = self._make_datum(fixes[::-1], now_ns, position - [*error, 0.0])
         if "latitude_deg" not in self._given:
-            datum = replace(datum, source=f"the mean of {len(fixes)} good fixes, at the given start")
+            source = f"the mean of {len(fixes)} good fixes, at the given start"
+            datum = replace(datum, source=source)
         self.datum = datum.with_compass(readings)
         return True
 

@@ -8,7 +8,7 @@ from typing import Any
 from andabata.app.console import Console
 from andabata.app.driven_plant import announce_plant
 from andabata.app.tables import drive_text
-from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
+from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig, at_world
 from andabata.evaluation.drive import Recording, drive_once
 from andabata.models import Models
 from andabata.report.plots.clip import ClipRecorder
@@ -101,7 +101,7 @@ def run_drive(
         if request.clip is not None:
             make_folder(request.clip.parent)
             atomic_io.write(request.clip, clips[0].film(request.clip.suffix))
-        settings = config.model_dump(mode="json")
+        settings = at_world(config, driven.world).model_dump(mode="json")
         data: dict[str, Any] = write_drive(folder, driven, settings, request.seed, request.clip)
         data |= {"reality": config.reality.name}
         data |= {"record": str(request.record.path)} if request.record is not None else {}

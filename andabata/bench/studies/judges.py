@@ -69,13 +69,16 @@ class Cell(NamedTuple):
     seed: int
 
 
-def drives(count: int, first: int) -> tuple[Cell, ...]:
-    """Return the worlds of so many drives, of all presets as evenly as they go.
+def drives(count: int, first: int, preset: str | None = None) -> tuple[Cell, ...]:
+    """Return the worlds of so many drives, of all presets as evenly as they go, or of one.
 
     Args:
-        count: Number of drives; all 60 at most.
+        count: Number of drives; of all presets 60 at most.
         first: First seed of each preset's worlds.
+        preset: The only preset, or None.
     """
+    if preset is not None:
+        return tuple(Cell(preset, first + k) for k in range(count))
     ranked = [
         ((k + 0.5) / number, Cell(preset, first + k))
         for preset, number in PRESETS.items()
@@ -94,6 +97,7 @@ class JudgesComparison:
         first: First seed of each preset's worlds.
         controller: Name of the controller.
         reality: Level of the differences between the robot and the one it believes in.
+        preset: World preset of all drives; None for those of ``PRESETS``.
     """
 
     unit: ClassVar[str] = "drives"
@@ -104,6 +108,7 @@ class JudgesComparison:
     first: int
     controller: str
     reality: str
+    preset: str | None = None
 
     @property
     def about(self) -> Entry:
@@ -113,13 +118,14 @@ class JudgesComparison:
             "first": self.first,
             "controller": self.controller,
             "reality": self.reality,
+            "preset": self.preset,
             "models": Models().hashes,
             "commit": commit(),
         }
 
     def cells(self) -> Sequence[Cell]:
         """Return the worlds."""
-        return drives(self.count, self.first)
+        return drives(self.count, self.first, self.preset)
 
     def label(self, cell: Cell) -> str:
         """Return the name of a world."""
@@ -289,6 +295,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--first-world", type=int, default=DEVELOPMENT_SEED, help="First seed.")
     parser.add_argument("--controller", default="policy+planner", help="Name of the controller.")
     parser.add_argument("--reality", default="ideal", help="ideal, field or harsh.")
+    parser.add_argument("--world", help="World preset of all drives; by default a mixture.")
     parser.add_argument("--out", type=Path, help="Folder; a run that was killed goes on there.")
     parser.add_argument("--workers", type=int, default=2, help="Number of processes.")
     parser.add_argument("--steps", type=int, default=0, help="Number of turns of the timing.")
@@ -300,7 +307,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         data: Row = {"steps": timed}
     else:
         given = options.drives, options.first_world, options.controller, options.reality
-        data = compare(JudgesComparison(plants, *given), options.out, options.workers)
+        comparison = JudgesComparison(plants, *given, options.world)
+        data = compare(comparison, options.out, options.workers)
     tables = [markdown_table(data[key]) for key in ("judges", "differing", "steps") if key in data]
     sys.stdout.write(json.dumps(data, indent=2) + "\n" if options.json else "\n".join(tables))
 

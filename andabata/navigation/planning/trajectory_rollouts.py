@@ -59,8 +59,9 @@ class TrajectoryRolloutsConfig(BaseModel):
         max_speed_scale: Largest share of the robot's speed, for arcs over ground that is known to
             be free with clearance on both sides, or where the robot came through; 1 is the paper's
             one speed.
-        full_speed_clearance: Least clearance at which half of the extra speed is driven [m]; all of
-            it takes the plan's inflation radius.
+        full_speed_clearance: Least clearance at which half of the extra speed is driven [m].
+        max_speed_clearance: Least clearance at which all of it is driven [m]; None takes the plan's
+            inflation radius.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -78,6 +79,7 @@ class TrajectoryRolloutsConfig(BaseModel):
     override_margin: float = Field(default=0.3, ge=0)
     max_speed_scale: float = Field(default=2.0, ge=1, le=3)
     full_speed_clearance: float = Field(default=0.9, gt=0)
+    max_speed_clearance: float | None = Field(default=None, gt=0)
 
 
 class SpeedLimit(NamedTuple):
@@ -220,10 +222,11 @@ class TrajectoryRollouts:
 
     def _speed_scale(self, plan: GridPlanner, cell: float, place: Place, rate: float) -> float:
         """Return the largest share of the speed that an arc may be driven at."""
-        most, weights = self.config.max_speed_scale, plan.weights
+        config, weights = self.config, plan.weights
+        most, widest = config.max_speed_scale, config.max_speed_clearance
         for scale, clearance in (
-            (most, weights.inflation_radius),
-            ((1.0 + most) / 2, self.config.full_speed_clearance),
+            (most, weights.inflation_radius if widest is None else widest),
+            ((1.0 + most) / 2, config.full_speed_clearance),
         ):
             stride = scale * self._robot.speed * STEP / cell
             limit = SpeedLimit(

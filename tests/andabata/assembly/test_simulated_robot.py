@@ -1,5 +1,7 @@
 """A simulated robot: placed, driven by its navigator, and not changed by what is left out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import (
     SimulatedRobot,
     SimulatedRobotConfig,
+    at_world,
     with_geo_reference,
 )
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
@@ -14,13 +17,14 @@ from andabata.machine.faults import Fault
 from andabata.machine.geo_reference import GeoReference
 from andabata.machine.kinematics import Twist
 from andabata.machine.reality import LEVELS
+from andabata.machine.sensor_readings import WheelSpeeds
 from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
 from andabata.navigation.controller import Steering
 from andabata.navigation.reactive import ReactiveController
 from tests.support.situations import StubController
 from worlds.rays.geometry import NO_CLASS
-from worlds.world import Start
+from worlds.world import MapDatum, Start
 
 FLAT = SimulatedRobotConfig(
     plant="kinematic",
@@ -189,6 +193,25 @@ def test_the_rotating_laser_needs_classifiers(make_scene):
     """A robot without models is refused, unless its scanner is horizontal."""
     with pytest.raises(ValueError, match="models: expected classifiers"):
         SimulatedRobot(make_scene(), SimulatedRobotConfig(plant="kinematic"))
+
+
+def test_fixes_lie_where_the_world_lies_on_earth(make_scene):
+    """A world's datum is the drive's, with the field there; one that the user gives stays."""
+    scene = make_scene()
+    hobart = MapDatum(latitude_deg=-42.88, longitude_deg=147.32, altitude=120.0)
+    scene = replace(scene, world=replace(scene.world, datum=hobart))
+    config = FLAT.model_copy(update={"sensing": SensingConfig(scanner="horizontal")})
+    robot = SimulatedRobot(scene, config)
+    readings = robot.place(Start(0.0, 0.0, 0.0), GOAL, np.random.default_rng(0))
+    there = robot.config.sensing.geo_reference
+    assert (there.latitude_deg, there.longitude_deg, there.altitude) == (-42.88, 147.32, 120.0)
+    assert there.declination_deg == pytest.approx(14.9, abs=1.0)
+    while readings.gnss is None or not len(readings.gnss):
+        readings = robot.simulator.step(WheelSpeeds(0.0, 0.0))
+    robot.close()
+    assert np.hypot(*there.to_map(readings.gnss[:1, 1:4])[0, :2]) < 20.0
+    given = with_geo_reference(FLAT, GeoReference(latitude_deg=50.0, longitude_deg=8.0))
+    assert at_world(given, scene.world) == given
 
 
 def test_another_datum_changes_nothing_else():

@@ -1,6 +1,7 @@
 """Comparison of judges: which worlds, who ends alike, what a run keeps."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -43,6 +44,13 @@ def test_sixty_drives_have_all_presets_and_few_have_most():
         assert seeds == list(range(7300, 7300 + number))
     assert drives(24, 7300) == cells[:24]
     assert {cell.preset for cell in cells[:24]} == set(PRESETS)
+
+
+def test_drives_of_one_preset_are_in_its_worlds():
+    """A comparison of one preset drives in as many of its worlds, more than the mixture has."""
+    cells = drives(70, 7300, "natural-rough")
+    assert cells == tuple(Cell("natural-rough", 7300 + k) for k in range(70))
+    assert replace(SMALL, preset="maze").cells() == (Cell("maze", 7300), Cell("maze", 7301))
 
 
 def test_ends_are_compared_drive_by_drive():

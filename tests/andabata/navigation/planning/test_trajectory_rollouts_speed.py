@@ -39,6 +39,15 @@ def test_the_speed_scale_depends_on_the_clearance(clearance, scale):
     assert chosen(plan, 0.0).linear == pytest.approx(scale * SPEED)
 
 
+@pytest.mark.parametrize(("clearance", "scale"), [(0.71, 2.0), (0.69, 1.5), (0.49, 1.0)])
+def test_both_clearances_of_the_extra_speed_are_settings(clearance, scale):
+    """All of it from one clearance on, half of it from the other, nearer than the inflation."""
+    inflation = 2.0 * np.clip((1.3 - clearance) / 0.8, 0.0, 1.0)
+    plan = nowhere(clearance=clearance, cost=1.0 + inflation + 1e-4)
+    bold = {"max_speed_clearance": 0.7, "full_speed_clearance": 0.5}
+    assert chosen(plan, 0.0, **bold).linear == pytest.approx(scale * SPEED)
+
+
 def test_other_costs_than_inflation_forbid_extra_speed():
     """Uncertain ground of a wide clearance is driven at the plain speed."""
     plan = nowhere(clearance=1.0, cost=1.0 + 2.0 * 0.3 / 0.8 + 0.01)

@@ -90,13 +90,11 @@ def law_policy(name: str, config: RoomConfig) -> Policy:
         name: Name in ``LAWS``.
         config: Task.
     """
-    law, known = (
-        LAWS[name],
-        {
-            "bearings": config.terms.window_bearings.astype(np.float32),
-            "radius": np.array([config.robot.radius], dtype=np.float32),
-        },
-    )
+    known = {
+        "bearings": config.terms.window_bearings.astype(np.float32),
+        "radius": np.array([config.robot.radius], dtype=np.float32),
+    }
+    law = LAWS[name]
     constants = {part: known[part] for part in law.constants}
     return law(constants, config.observations, config.actions)
 

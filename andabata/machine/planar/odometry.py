@@ -105,6 +105,28 @@ class DeadReckoning:
         reckon(self.poses, ways, chosen, self._scales, self._errors.turn, draws[:, 2].copy())
 
 
+def as_believed(
+    places: NDArray[np.float64], poses: NDArray[np.float64], believed: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the places that robots head for when they head for places by poses that drift.
+
+    Distance and bearing of what is returned from a true pose are those of a place from the believed
+    pose. So a situation, which has the true pose, gives the same observation again.
+
+    Args:
+        places: Place that each robot heads for [m], shape (n, 2).
+        poses: True x, y [m] and yaw [rad], shape (n, 3).
+        believed: x, y [m] and yaw [rad] that the robots believe in, shape (n, 3).
+
+    Returns:
+        Places in the room [m], shape (n, 2).
+    """
+    turn, offsets = poses[:, 2] - believed[:, 2], places - believed[:, :2]
+    c, s = np.cos(turn), np.sin(turn)
+    x, y = c * offsets[:, 0] - s * offsets[:, 1], s * offsets[:, 0] + c * offsets[:, 1]
+    return np.asarray(poses[:, :2] + np.stack([x, y], axis=1))
+
+
 @kernel
 def reckon(
     poses: NDArray[np.float64],

@@ -45,8 +45,8 @@ class LidarMapConfig(BaseModel):
 
     Attributes:
         hits: Settings of the hit layer.
-        robot_radius: Radius of the robot [m]; None takes that of the robot that drives, and leaves
-            as much room beside it as ``costs`` leave beside one of 0.2 m.
+        robot_radius: Radius of the robot [m]; None takes that of the task's robot, 0.2 m without a
+            task, and leaves as much room beside it as ``costs`` leave beside one of 0.2 m.
         costs: Costs of a metre.
         replan_every: Number of scans between two plans; a new obstacle on the straight way to the
             sub-goal brings one at once.

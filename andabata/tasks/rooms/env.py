@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.mover_contact import Contact
+from andabata.machine.planar.odometry import as_believed
 from andabata.navigation.planar.hit_layer import LaserPose
 from andabata.navigation.planar.lidar_map import LidarMap
 from andabata.navigation.planar.mover_shield import MoverShield
@@ -106,7 +107,8 @@ class RoomVectorEnv(PlanarVectorEnv):
         spaces = config.observations, config.actions
         super().__init__(self._in_rooms, *spaces, config.terminations, num_envs, autoreset)
         self._bearings = config.lidar.bearings
-        self._maps = [] if config.map is None else [_map(config) for _ in range(num_envs)]
+        count = 0 if config.map is None else num_envs
+        self._maps = [LidarMap(config.map, config.robot.radius) for _ in range(count)]
         self._shields = [] if config.shield is None else [_shield(config) for _ in range(num_envs)]
         self._targets = np.zeros((num_envs, 2))
         self._goal_bearings = np.zeros(num_envs)
@@ -278,30 +280,6 @@ class RoomVectorEnv(PlanarVectorEnv):
         """Return who drove into whom; see ``Contact``."""
         labels = [Contact(code).label for code in self._in_rooms.contacts.tolist()]
         return {"contact": np.array(labels, dtype=object)}
-
-
-def as_believed(
-    places: NDArray[np.float64], poses: NDArray[np.float64], believed: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return where places really are that robots see at a distance and bearing they believe in.
-
-    From its true pose a robot sees what is returned as it sees the place from the pose that it
-    believes in.
-
-    Args:
-        places: Place in each robot's own frame of the room [m], shape (n, 2).
-        poses: True x, y [m] and yaw [rad], shape (n, 3).
-        believed: x, y [m] and yaw [rad] that they believe in, shape (n, 3).
-    """
-    turn, offsets = poses[:, 2] - believed[:, 2], places - believed[:, :2]
-    c, s = np.cos(turn), np.sin(turn)
-    x, y = c * offsets[:, 0] - s * offsets[:, 1], s * offsets[:, 0] + c * offsets[:, 1]
-    return np.asarray(poses[:, :2] + np.stack([x, y], axis=1))
-
-
-def _map(config: RoomConfig) -> LidarMap:
-    """Return the map of a robot, for its own body."""
-    return LidarMap(config.map, config.robot.radius)
 
 
 def _shield(config: RoomConfig) -> MoverShield:

@@ -5,7 +5,7 @@ import pytest
 
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.footprint import Obstacles
-from andabata.machine.planar.odometry import DeadReckoning, OdometryErrors
+from andabata.machine.planar.odometry import DeadReckoning, OdometryErrors, as_believed
 from andabata.machine.planar.readings import PlanarPose
 from andabata.machine.planar.vehicle import PlanarVehicle, PlanarVehicleConfig
 
@@ -87,3 +87,11 @@ def test_the_same_source_gives_the_same_bytes_and_others_stand():
     assert robots.poses[0, 0] > 0.05
     np.testing.assert_array_equal(robots.poses[1], 0.0)
     assert rngs[1].bit_generator.state == state
+
+
+def test_places_are_seen_from_the_true_pose_as_believed():
+    """What is 2 m ahead and 1 m to the left by belief is so by the truth; no turn, no change."""
+    poses, believed = np.array([[1.0, 1.0, np.pi / 2]]), np.array([[5.0, 5.0, 0.0]])
+    place = as_believed(np.array([[7.0, 6.0]]), poses, believed)
+    np.testing.assert_allclose(place, [[0.0, 3.0]], atol=1e-12)
+    np.testing.assert_allclose(as_believed(place, poses, poses), place)

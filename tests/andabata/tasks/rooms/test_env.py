@@ -7,7 +7,7 @@ import pytest
 from andabata.machine.planar.lidar import PLANAR_LIDARS
 from andabata.navigation.planar.lidar_map import LidarMapConfig
 from andabata.navigation.planar.mover_shield import MoverShield, MoverShieldConfig
-from andabata.tasks.rooms.env import RoomEnv, RoomVectorEnv, as_believed
+from andabata.tasks.rooms.env import RoomEnv, RoomVectorEnv
 from andabata.tasks.rooms.spn_config import TRAINING_ROOMS, SpnConfig
 from andabata.tasks.rooms.td3_config import Td3TaskConfig
 from andabata.tasks.rooms.terms import encoded_goals
@@ -394,14 +394,6 @@ def test_the_shield_goes_by_the_believed_pose(monkeypatch):
         step(env, [1.0, 0.3])
         np.testing.assert_array_equal(poses[-1], env.believed_poses[0])
     assert np.abs(np.array(poses[-1]) - env.poses[0]).max() > 1e-4
-
-
-def test_places_are_seen_from_the_true_pose_as_believed():
-    """What is 2 m ahead and 1 m to the left by belief is so by the truth; no turn, no change."""
-    poses, believed = np.array([[1.0, 1.0, np.pi / 2]]), np.array([[5.0, 5.0, 0.0]])
-    place = as_believed(np.array([[7.0, 6.0]]), poses, believed)
-    np.testing.assert_allclose(place, [[0.0, 3.0]], atol=1e-12)
-    np.testing.assert_allclose(as_believed(place, poses, poses), place)
 
 
 def test_a_task_that_is_not_there_is_named():

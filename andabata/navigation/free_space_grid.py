@@ -72,7 +72,7 @@ class FreeSpaceConfig(BaseModel):
     passing_stride: int = Field(default=2, ge=1)
     min_looks: int = Field(default=2, ge=1)
     memory: float = Field(default=10.0, gt=0)
-    standing_memory: float = Field(default=8.0, ge=0)
+    standing_memory: float = Field(default=5.0, ge=0)
     parking_time: float = Field(default=6.0, gt=0)
     left_time: float = Field(default=7.0, ge=0)
 

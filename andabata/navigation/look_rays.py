@@ -31,7 +31,7 @@ class LookConfig(BaseModel):
 
     elevations_deg: tuple[float, float] = (-35.0, 55.0)
     beam_stride: int = Field(default=2, ge=1)
-    max_points: int = Field(default=8000, ge=100)
+    max_points: int = Field(default=3000, ge=100)
     free_range: float = Field(default=8.0, gt=0)
 
 

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from andabata.navigation.free_space_grid import CAME, HEIGHT, KIND, STAMP, X, Y
+from andabata.navigation.free_space_grid import CAME, HEIGHT, KIND, STAMP, STANDS, X, Y
 from terrain.kernel import borrowing_kernel, kernel
 
 _COUNT, _SX, _SY, _SXX, _SXY, _SYY, _NEWEST, _TOP, _BOTTOM, _OTHERS = range(10)
 """Columns of a cluster: number of returns of what came, sums of their places from the laser and of
-their products [m, m2], newest stamp [s], largest and least height [m], and number of other returns
-in and beside its cells."""
+their products [m, m2], newest stamp [s], largest and least height [m], and number of returns of
+what stands in and beside its cells."""
 
 _UNLABELLED = -1
 """Label of a cell with returns of what came that is in no cluster yet."""
@@ -36,7 +36,8 @@ class MoverDetectorConfig(BaseModel):
         min_top: Least height of its highest return [m].
         min_extent: Least difference of heights of its returns [m].
         max_size: Largest horizontal extent [m].
-        min_share: Least share of what came in the returns in and beside its cells.
+        min_share: Least share of what came in the returns of what is known, in and beside its
+            cells.
         radius_range: Smallest and largest radius that is reported [m].
     """
 
@@ -178,7 +179,7 @@ def _clusters(
         i, j = cells[k, 0], cells[k, 1]
         if returns[k, KIND] == CAME:
             _add(table[labels[i, j] - 1], returns[k], origin)
-        else:
+        elif returns[k, KIND] == STANDS:
             label = _label_beside(labels, i, j)
             if label > 0:
                 table[label - 1, _OTHERS] += 1.0

@@ -56,12 +56,12 @@ class TrackConfig(BaseModel):
     radius_gate: float = Field(default=0.35, gt=0)
     velocity_gain: float = Field(default=0.5, gt=0, le=1)
     coasting_time: float = Field(default=5.0, ge=0)
-    first_speed: float = Field(default=1.3, ge=0)
-    drift_speed: float = Field(default=0.4, ge=0)
+    first_speed: float = Field(default=1.2, ge=0)
+    drift_speed: float = Field(default=0.3, ge=0)
     least_interval: float = Field(default=1.2, ge=0)
     turn_time: float = Field(default=3.4, ge=0)
     confirmation_looks: int = Field(default=2, ge=1)
-    min_speed: float = Field(default=0.15, ge=0)
+    min_speed: float = Field(default=0.3, ge=0)
 
 
 def _frame_tracks() -> TrackConfig:
@@ -100,7 +100,7 @@ class MoverPerceptionConfig(BaseModel):
     look: LookConfig = Field(default_factory=LookConfig)
     look_time: float = Field(default=0.8, gt=0)
     settling_time: float = Field(default=0.06, ge=0)
-    guard_movers: int = Field(default=4, ge=1)
+    guard_movers: int = Field(default=6, ge=1)
     guard_share: float = Field(default=0.5, gt=0, lt=1)
 
 

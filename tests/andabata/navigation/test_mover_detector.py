@@ -67,11 +67,12 @@ def test_what_is_long_along_the_line_of_sight_is_too_large():
 
 
 def test_other_returns_beside_it_are_against_it():
-    """Leaves of which some came and most stand are no body, elsewhere they do no harm."""
+    """Leaves that stand are against a body; what stands elsewhere, or is unknown, is not."""
     body, leaves = front(4.0, 0.5), front(4.0, 0.5, kind=STANDS)
     assert len(detect(body, front(4.0, 2.5, kind=STANDS))) == 1
     assert len(detect(body, leaves[::2])) == 1
     assert not len(detect(body, leaves))
+    assert len(detect(body, front(4.0, 0.5, kind=UNKNOWN))) == 1
 
 
 def test_a_body_counts_once_when_the_plane_has_passed_it():

@@ -1,15 +1,15 @@
-"""Laws without weights that read the goal alone: what a policy has to beat.
+"""Laws that see no obstacle and read the goal alone: what a policy has to beat.
 
-None of them sees an obstacle. ``ProportionalPolicy`` drives the first episodes of a training;
-``HeadingPolicy`` is the law that a path of sub-goals deserves; ``RandomPolicy`` and ``AwayPolicy``
-are null controllers: if one of them does as well in a policy's place, learning earns nothing.
+``ProportionalPolicy`` drives the first episodes of a training; ``HeadingPolicy`` is the law that a
+path of sub-goals deserves; ``RandomPolicy``, ``AheadPolicy`` and ``AwayPolicy`` are noise, straight
+on and the opposite: if one of them does as well in a policy's place, learning earns nothing.
 """
 
 import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,13 +35,13 @@ _SLOWING = 4
 
 
 @dataclass(frozen=True)
-class _GoalLaw(ABC):
-    """A law from the goal in the robot's frame to speed and yaw rate.
+class Law(ABC):
+    """A law from an observation with the goal in the robot's frame to speed and yaw rate.
 
     Actions other than ``linear`` and ``angular`` are 0 or the nearest value to it.
 
     Attributes:
-        weights: Nothing: a law has no weights.
+        weights: Nothing, unless the law has constants of its robot.
         observations: Space of its observations, with the term ``goal``.
         actions: Space of its actions; their bounds are those of the law.
         info: Origin of the policy, ready for JSON.
@@ -55,11 +55,13 @@ class _GoalLaw(ABC):
     terms: tuple[str, ...] | None = (GOAL,)
 
     architecture = ""
+    constants: ClassVar[frozenset[str]] = frozenset()
 
     def __post_init__(self) -> None:
-        """Check that there is a goal."""
-        if self.weights:
-            raise ValueError(f"weights: expected none, got {sorted(self.weights)}")
+        """Check that there is a goal, and what the law knows of its robot."""
+        if set(self.weights) != self.constants:
+            expected = ", ".join(sorted(self.constants)) or "none"
+            raise ValueError(f"weights: expected {expected}, got {sorted(self.weights)}")
         names = [term.name for term in self.observations.terms]
         if GOAL not in names or self.observations.term(GOAL).shape not in ((2,), (3,)):
             raise ValueError(
@@ -68,15 +70,8 @@ class _GoalLaw(ABC):
             )
 
     @abstractmethod
-    def _wanted(
-        self, x: NDArray[np.float64], y: NDArray[np.float64]
-    ) -> Mapping[str, NDArray[np.float64]]:
-        """Return actions by name, before they are limited.
-
-        Args:
-            x: Distance of each goal ahead of the robot [m], shape (n,).
-            y: Distance of each goal to its left [m], shape (n,).
-        """
+    def _wanted(self, observations: NDArray[np.float32]) -> Mapping[str, NDArray[np.float64]]:
+        """Return actions by name, before they are limited, shape (n,) each."""
 
     def reset(self) -> None:  # noqa: B027 - a part of the protocol, not one to fill in.
         """Nothing is remembered between steps."""
@@ -117,18 +112,39 @@ class _GoalLaw(ABC):
 
     def _values(self, observations: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the actions in SI units, shape (n, n_actions)."""
+        wanted, count = self._wanted(observations), len(observations)
+        columns = [wanted.get(name, np.zeros(count)) for name in self.actions.names]
+        return np.clip(np.stack(columns, axis=1), self.actions.low, self.actions.high)
+
+    def _goals(
+        self, observations: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the goals ahead of the robots and to their left [m], shape (n,) each."""
         goal = observations[:, self.observations.slice_of(GOAL)].astype(np.float64)
         if goal.shape[1] == 3:
             x, y = DISTANCE_UNIT * goal[:, 0] * goal[:, 1:].T
-        else:
-            x, y = goal[:, 0] * np.cos(goal[:, 1]), goal[:, 0] * np.sin(goal[:, 1])
-        wanted = self._wanted(x, y)
-        columns = [wanted.get(name, np.zeros(len(x))) for name in self.actions.names]
-        return np.clip(np.stack(columns, axis=1), self.actions.low, self.actions.high)
+            return x, y
+        return goal[:, 0] * np.cos(goal[:, 1]), goal[:, 0] * np.sin(goal[:, 1])
+
+    def _towards(
+        self, bearing: NDArray[np.float64], speed: NDArray[np.float64]
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return a turn to a bearing, and a speed that falls the more there is to turn.
+
+        Args:
+            bearing: Bearing to turn to [rad], shape (n,).
+            speed: Speed straight ahead, before it is limited [m/s], shape (n,).
+        """
+        wanted = {"angular": _HEADING_GAIN * bearing}
+        if "linear" in self.actions.names:
+            fastest = self.actions.high[self.actions.names.index("linear")]
+            slowed = np.maximum(np.cos(bearing), 0.0) ** _SLOWING
+            wanted["linear"] = np.clip(speed, 0.0, fastest) * slowed
+        return wanted
 
     def tensors(self) -> Tensors:
-        """Return nothing: a law has no weights."""
-        return {}
+        """Return what the law knows of its robot; nothing for most laws."""
+        return dict(self.weights)
 
     def to_bytes(self) -> bytes:
         """Return the policy as a file's bytes."""
@@ -137,7 +153,27 @@ class _GoalLaw(ABC):
 
 
 @dataclass(frozen=True)
-class ProportionalPolicy(_GoalLaw):
+class GoalLaw(Law):
+    """A law from the goal alone."""
+
+    def _wanted(self, observations: NDArray[np.float32]) -> Mapping[str, NDArray[np.float64]]:
+        """Return actions by name, before they are limited, shape (n,) each."""
+        return self._by_goal(*self._goals(observations))
+
+    @abstractmethod
+    def _by_goal(
+        self, x: NDArray[np.float64], y: NDArray[np.float64]
+    ) -> Mapping[str, NDArray[np.float64]]:
+        """Return actions by name, before they are limited.
+
+        Args:
+            x: Distance of each goal ahead of the robot [m], shape (n,).
+            y: Distance of each goal to its left [m], shape (n,).
+        """
+
+
+@dataclass(frozen=True)
+class ProportionalPolicy(GoalLaw):
     """The law of the first episodes of Zhang et al. (arXiv 2010.10209), from Xie et al. 2018.
 
     In the robot's frame with x ahead: ``v = clip(10 x, 0, 0.5)`` and ``w = clip(y, -pi/3, pi/3)``.
@@ -145,7 +181,7 @@ class ProportionalPolicy(_GoalLaw):
 
     architecture = "proportional"
 
-    def _wanted(
+    def _by_goal(
         self, x: NDArray[np.float64], y: NDArray[np.float64]
     ) -> Mapping[str, NDArray[np.float64]]:
         """Return speed and yaw rate in proportion to the goal's coordinates."""
@@ -153,7 +189,7 @@ class ProportionalPolicy(_GoalLaw):
 
 
 @dataclass(frozen=True)
-class HeadingPolicy(_GoalLaw):
+class HeadingPolicy(GoalLaw):
     """Turns towards the goal and drives as fast as it faces it: at a right angle it stands.
 
     With the goal's bearing a: ``w = 2.5 a``, and ``v`` is that of ``ProportionalPolicy``, limited,
@@ -163,26 +199,34 @@ class HeadingPolicy(_GoalLaw):
 
     architecture = "heading"
 
-    def _wanted(
+    def _by_goal(
         self, x: NDArray[np.float64], y: NDArray[np.float64]
     ) -> Mapping[str, NDArray[np.float64]]:
         """Return speed and yaw rate by the goal's bearing."""
         bearing = np.arctan2(y, x)
-        wanted = {"angular": _HEADING_GAIN * bearing}
-        if "linear" in self.actions.names:
-            fastest = self.actions.high[self.actions.names.index("linear")]
-            slowed = np.maximum(np.cos(bearing), 0.0) ** _SLOWING
-            wanted["linear"] = np.clip(_SPEED_GAIN * x, 0.0, fastest) * slowed
-        return wanted
+        return self._towards(bearing, _SPEED_GAIN * x)
 
 
 @dataclass(frozen=True)
-class AwayPolicy(_GoalLaw):
+class AheadPolicy(GoalLaw):
+    """Drives straight ahead at full speed, wherever the goal is."""
+
+    architecture = "ahead"
+
+    def _by_goal(
+        self, x: NDArray[np.float64], y: NDArray[np.float64]
+    ) -> Mapping[str, NDArray[np.float64]]:
+        """Return full speed and no turn."""
+        return {"linear": np.full(len(x), np.inf)}
+
+
+@dataclass(frozen=True)
+class AwayPolicy(GoalLaw):
     """Steers hard away from the goal's side at full speed: the opposite of what a policy should."""
 
     architecture = "away"
 
-    def _wanted(
+    def _by_goal(
         self, x: NDArray[np.float64], y: NDArray[np.float64]
     ) -> Mapping[str, NDArray[np.float64]]:
         """Return full speed and the sharpest turn away."""
@@ -190,7 +234,7 @@ class AwayPolicy(_GoalLaw):
 
 
 @dataclass(frozen=True)
-class RandomPolicy(_GoalLaw):
+class RandomPolicy(GoalLaw):
     """Draws uniform actions: noise in a policy's place.
 
     The noise is a function of the goal's coordinates, so that the same drive comes out again, in
@@ -199,7 +243,7 @@ class RandomPolicy(_GoalLaw):
 
     architecture = "random"
 
-    def _wanted(
+    def _by_goal(
         self, x: NDArray[np.float64], y: NDArray[np.float64]
     ) -> Mapping[str, NDArray[np.float64]]:
         """Return noise for every action."""
@@ -207,9 +251,3 @@ class RandomPolicy(_GoalLaw):
         low, high = self.actions.low, self.actions.high
         noise = np.array([np.random.default_rng(seed).uniform(low, high) for seed in seeds])
         return dict(zip(self.actions.names, noise.T, strict=True))
-
-
-LAWS = {
-    law.architecture: law for law in (ProportionalPolicy, HeadingPolicy, RandomPolicy, AwayPolicy)
-}
-"""Laws by name."""

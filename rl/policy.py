@@ -31,7 +31,9 @@ _ARCHITECTURES = {
     "proportional": "rl.goal_laws:ProportionalPolicy",
     "heading": "rl.goal_laws:HeadingPolicy",
     "random": "rl.goal_laws:RandomPolicy",
+    "ahead": "rl.goal_laws:AheadPolicy",
     "away": "rl.goal_laws:AwayPolicy",
+    "sees": "rl.seeing_law:SeeingPolicy",
 }
 """Class of each architecture by its name in the files; a new one is a module and a line here."""
 

@@ -76,8 +76,7 @@ def patch(name: str, size: float, cell: float) -> PresetConfig:
             counts = ("ditches", "pits", "traps", "terraces")
             new = {count: round(getattr(config, count) * share) for count in counts}
             new |= {"size": size, "cell": cell, "relief": config.relief * size / config.size}
-            walkers = round(config.walkers.count * share)
-            new["walkers"] = config.walkers.model_dump() | {"count": walkers}
+            new["walkers"] = config.walkers.scaled(share).model_dump()
             new["ways"] = config.ways.scaled(share).model_dump()
             new |= {"tasks": 1, "goals": 1, "near": 5.0, "far": size}
     return type(config).model_validate(config.model_dump() | new)

@@ -30,7 +30,8 @@ from worlds.rooms.movers import Mover
 from worlds.rough_ground import RoughnessConfig, refined, rough_ground
 from worlds.trails import draw_roots
 from worlds.truth import TruthConfig, build_truth
-from worlds.walkers import WalkerConfig, draw_walkers, solids_room
+from worlds.walker_config import WalkerConfig
+from worlds.walkers import draw_walkers, solids_room
 from worlds.ways import WaysConfig, lay_ways
 from worlds.world import World
 
@@ -96,7 +97,7 @@ class NaturalConfig(BaseModel):
         near: Least straight distance from goal to goal [m].
         far: Largest straight distance from goal to goal [m].
         longest: Largest length of a safe path from goal to goal [m]; in 300 s a robot drives 90 m.
-        walkers: Number, size and speed of what walks about.
+        walkers: Number, size and speed of what moves: people, animals, vehicles.
         roughness: Clods, gravel and ruts, which wheels roll over.
         cover: Low plants and leaves on the ground.
         shrubs: Density of bushes on solid stems of 2 to 6 cm [1/m^2].
@@ -221,9 +222,9 @@ def natural_on(
     reach = (config.near, config.far)
     tasks = sample_tasks(truth, config.tasks, config.goals, reach, config.longest, streams.tasks)
     movers: tuple[Mover, ...] = ()
-    if config.walkers.count:
+    if not config.walkers.is_empty:
         room = solids_room(ground, objects)
-        movers = draw_walkers(config.walkers, room, tasks, streams.walkers)
+        movers = draw_walkers(config.walkers, room, tasks, streams.walkers, truth, difficulty)
     return World(
         name,
         seed,

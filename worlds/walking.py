@@ -1,8 +1,10 @@
 """Walkers over the time of a drive: where each is at every tick, and which rays they stop.
 
 Walkers are the movers of a world, upright cylinders whose foot is on the ground under their axis.
-They move tick by tick, whatever the robot does, so that a beam of any instant meets them where they
-were at that instant: a turning laser smears them as it smears all that moves.
+They move tick by tick, so that a beam of any instant meets them where they were at that instant: a
+turning laser smears them as it smears all that moves. Those with a behaviour decide at the begin of
+each control period where they go, see ``worlds.agent_motion``; the others go straight, whatever the
+robot does.
 """
 
 from typing import NamedTuple
@@ -12,8 +14,11 @@ from numpy.typing import NDArray
 
 from terrain.classes import SemanticClass
 from terrain.kernel import inlined_kernel, kernel
+from worlds.agent_motion import RobotMotion, decide, stride
+from worlds.agent_surroundings import Nearby, Solids, overlapping, sight
+from worlds.agents import HURRY, Agents, check_movers
 from worlds.rays.ground import cell_height
-from worlds.rooms.mover_motion import Movers, Schedules, advance, come_and_go, put_down
+from worlds.rooms.mover_motion import Movers, Schedules, come_and_go, put_down
 from worlds.walkers import solids_room
 from worlds.world import World
 
@@ -85,7 +90,8 @@ class WalkerTrack(NamedTuple):
 class Walkers:
     """The moving obstacles of a world, from the moment that a robot is put down.
 
-    Each drive sees the same walkers from its begin on.
+    Each drive sees the same walkers from its begin on. Where they go follows from the world, and
+    for people who give way from the robot's true places.
 
     Attributes:
         track: Walkers at the ticks that are remembered, at least the last 1,000.
@@ -97,15 +103,20 @@ class Walkers:
         Args:
             world: World with its moving obstacles.
             tick_hz: Number of ticks per second [Hz].
+
+        Raises:
+            ValueError: If there are too many, or one is too fast for its size.
         """
+        check_movers(world.movers)
         self._world, self._dt = world, 1.0 / tick_hz
         self._room = solids_room(world.ground, world.objects)
         self._tick_hz = tick_hz
         self._ground = np.ascontiguousarray(world.ground.heights), world.ground.cell
         plans = [mover.plan for mover in world.movers]
         self._radii = np.array([plan.radius for plan in plans])
-        self._speeds = np.array([plan.speed for plan in plans])
+        self._speeds = HURRY * np.array([plan.speed for plan in plans])
         self._heights = np.array([plan.height for plan in plans])
+        self._sight = sight(self._speeds)
         self.reset(_FAR_AWAY)
 
     def reset(self, robot: tuple[float, float], gap: float = 0.0) -> None:
@@ -118,6 +129,7 @@ class Walkers:
         count = len(self._world.movers)
         self._state, self._schedules = Movers.none(1, count), Schedules.none(1, count)
         put_down(0, self._world.movers, self._state, self._schedules, self._dt)
+        self._agents, self._robot = Agents.of(self._world.movers), robot
         rows = Movers.none(_KEPT, count)
         self._rows, self._feet = rows, np.zeros((_KEPT, count))
         self._first, self._count, self._unseen = 0, 1, 0
@@ -138,13 +150,25 @@ class Walkers:
         if self._unseen < ticks:
             self._look_around(max(ticks, _HORIZON))
         self._unseen -= ticks
-        self._appear(robot, gap, (self._first + self._count - 1) * self._dt)
-        obstacles = self._room.boxes, *self._near
-        rows, feet = self._rows, self._feet
-        _walk(self._state, *obstacles, self._dt, self._ground, rows, feet, self._count, ticks)
+        now = (self._first + self._count - 1) * self._dt
+        self._appear(robot, gap, now)
+        solids = Solids(self._room.boxes, *self._near)
+        motion = self._motion(robot, gap, ticks)
+        nearby = decide(
+            self._state, self._agents, solids, self._room.half, motion, now, ticks * self._dt
+        )
+        moving = self._state, self._agents, solids, nearby
+        _walk(*moving, self._dt, self._ground, self._rows, self._feet, self._count, ticks)
         self._count += ticks
         self._renew()
         return self.track.last(ticks)
+
+    def _motion(self, robot: tuple[float, float], gap: float, ticks: int) -> RobotMotion:
+        """Return the robot's motion: its velocity is that since the last period."""
+        span = ticks * self._dt
+        vx, vy = ((new - old) / span for new, old in zip(robot, self._robot, strict=True))
+        self._robot = robot
+        return RobotMotion(*robot, vx, vy, gap)
 
     def _look_around(self, ticks: int) -> None:
         """Find the circles and edges that walkers may meet soon: a world has thousands.
@@ -152,12 +176,12 @@ class Walkers:
         Args:
             ticks: Number of ticks for which it is enough.
         """
-        reaches = self._radii + self._speeds * ticks * self._dt
+        reaches = self._radii + self._speeds * ticks * self._dt + self._sight
         circles, edges = self._room.circles, self._room.edges
-        chosen = _near(self._state.places[0], reaches, circles)
+        chosen = overlapping(self._state.places[0], reaches, circles)
         middles = (edges[:, :2] + edges[:, 2:]) / 2
         halves = np.hypot(*(edges[:, 2:] - edges[:, :2]).T) / 2
-        around = _near(self._state.places[0], reaches, np.column_stack([middles, halves]))
+        around = overlapping(self._state.places[0], reaches, np.column_stack([middles, halves]))
         self._near, self._unseen = (circles[chosen], edges[around]), ticks
 
     def _appear(self, robot: tuple[float, float], gap: float, stamp: float) -> None:
@@ -184,33 +208,11 @@ class Walkers:
 
 
 @kernel
-def _near(
-    places: NDArray[np.float64], reaches: NDArray[np.float64], circles: NDArray[np.float64]
-) -> NDArray[np.bool_]:
-    """Return which circles overlap one of the circles around some places, shape (c,).
-
-    Args:
-        places: Places [m], shape (m, 2).
-        reaches: Radius around each [m], shape (m,).
-        circles: x, y, radius [m], shape (c, 3).
-    """
-    is_near = np.zeros(len(circles), dtype=np.bool_)
-    for c in range(len(circles)):
-        for m in range(len(places)):
-            dx, dy = places[m, 0] - circles[c, 0], places[m, 1] - circles[c, 1]
-            reach = reaches[m] + circles[c, 2]
-            if dx * dx + dy * dy < reach * reach:
-                is_near[c] = True
-                break
-    return is_near
-
-
-@kernel
 def _walk(
     state: Movers,
-    boxes: NDArray[np.float64],
-    circles: NDArray[np.float64],
-    edges: NDArray[np.float64],
+    agents: Agents,
+    solids: Solids,
+    nearby: Nearby,
     dt: float,
     ground: HeightGrid,
     rows: Movers,
@@ -218,13 +220,13 @@ def _walk(
     begin: int,
     ticks: int,
 ) -> None:
-    """Move walkers for some ticks, and write their rows; obstacles are those of ``advance``.
+    """Move walkers for some ticks, and write their rows.
 
     Args:
         state: Walkers, changed in place.
-        boxes: Boxes of the room [m], shape (b, 4).
-        circles: Circles that may be met [m], shape (c, 3).
-        edges: Edges that may be met [m], shape (e, 4).
+        agents: What those with a behaviour want.
+        solids: Solids that may be met.
+        nearby: Those near each agent.
         dt: Period of a tick [s].
         ground: Heights of the ground's nodes, and their distance [m].
         rows: Walkers at the ticks, filled.
@@ -233,7 +235,7 @@ def _walk(
         ticks: Number of rows.
     """
     for row in range(begin, begin + ticks):
-        advance(0, state, boxes, circles, edges, dt)
+        stride(state, agents, solids, nearby, dt)
         _keep(state, ground, rows, feet, row)
 
 

@@ -9,14 +9,21 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+)
 from safetensors import safe_open
 from safetensors.numpy import save
 
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import SceneObject
-from worlds.rooms.movers import Mover, MoverPlan
+from worlds.agents import check_movers
+from worlds.rooms.movers import Behaviour, Mover, MoverPlan
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import MapDatum, Start, Task, World
 
@@ -64,6 +71,13 @@ class _Mover(BaseModel):
     place: tuple[float, float]
     velocity: tuple[float, float]
     plan: MoverPlan
+    behaviour: Behaviour | None = None
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:
+        """Leave out the behaviour of one that has none: its bytes stay what they ever were."""
+        written: dict[str, object] = handler(self)
+        return {key: value for key, value in written.items() if value is not None}
 
 
 class _Header(BaseModel):
@@ -100,7 +114,12 @@ def world_to_bytes(world: World) -> bytes:
             for task in world.tasks
         ),
         movers=tuple(
-            _Mover(place=mover.place, velocity=mover.velocity, plan=mover.plan)
+            _Mover(
+                place=mover.place,
+                velocity=mover.velocity,
+                plan=mover.plan,
+                behaviour=mover.behaviour,
+            )
             for mover in world.movers
         ),
         base_cell=None if world.base is None else world.base.cell,
@@ -176,7 +195,8 @@ def _world(header: _Header, arrays: dict[str, NDArray[np.generic]]) -> World:
     base = _base(header, arrays, ground)
     cover = _cover(arrays, surface)
     truth = build_truth(ground, objects, TruthConfig(), surface, base, cover)
-    movers = tuple(Mover(one.place, one.velocity, one.plan) for one in header.movers)
+    movers = tuple(Mover(one.place, one.velocity, one.plan, one.behaviour) for one in header.movers)
+    check_movers(movers)
     return World(
         header.name,
         header.seed,

@@ -9,7 +9,7 @@ from rich.console import Group
 from andabata.app.console import table_of
 from andabata.app.fault_tables import fault_text
 from andabata.evaluation.offroad_table import success_text
-from andabata.report.columns import heading
+from andabata.report.columns import HITS, heading
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -84,6 +84,7 @@ def _estimate_lines(estimate: Data | None) -> list[str]:
 def _ending(attempt: Data) -> str:
     """Return how an attempt ended; of a collision also what was hit, and who drove into whom."""
     contact = attempt.get("contact", "").replace("_", " ")
+    contact = ", ".join(filter(None, (contact, attempt.get("walker"))))
     outcome = str(attempt["outcome"])
     return f"{outcome} ({contact})" if contact and outcome == "collision" else outcome
 
@@ -109,18 +110,19 @@ def _worlds(rows: Sequence[Data]) -> Iterable[str]:
 def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
     """Return the table of one world, narrow enough for a terminal of 80 columns.
 
-    Where walkers caused collisions, ``hit`` are those that the robot caused + those of walkers.
+    Where there were collisions with walkers, ``hit`` are those with what stands, and ``walker``
+    those that the robot drove into + that drove into it while it drove + while it stood.
     """
     there = [row for row in rows if row["world"] == world]
     # Rows of earlier versions do not tell who hit whom.
-    walkers = any(row.get("hit_by_mover", 0) + row.get("hit_at_rest", 0) for row in there)
+    walkers = any(row.get(key, 0) for row in there for key in HITS)
     shown = [
         {
             "controller": row["controller"],
             "goal": str(row["goal"]),
             "reached": f"{row['successes']}/{row['trials']}",
             "95 %": f"{row['wilson_low']:.2f}-{row['wilson_high']:.2f}",
-            "hit": _by_whom(row) if walkers else row["collisions"],
+            **(_by_whom(row) if walkers else {"hit": row["collisions"]}),
             "tip": row["tipovers"],
             "late": row["timeouts"],
             "stuck": row["stuck"],
@@ -131,7 +133,7 @@ def _evaluation_table(rows: Sequence[Data], world: str) -> "Table":
         }
         for row in there
     ]
-    title = f"{world}. hit: by the robot + by walkers" if walkers else world
+    title = f"{world}. walker: driven into + hit by, driving + standing" if walkers else world
     return table_of(shown, title)
 
 
@@ -168,10 +170,14 @@ def _metres(length: float | None) -> str | None:
     return None if length is None else f"{length:.2f} m"
 
 
-def _by_whom(row: Data) -> str:
-    """Return the collisions that the robot caused, and those that walkers caused."""
-    by_walkers = row["hit_by_mover"] + row["hit_at_rest"]
-    return f"{row['collisions'] - by_walkers}+{by_walkers}"
+def _by_whom(row: Data) -> dict[str, Any]:
+    """Return the collisions with what stands, and those with walkers by who drove into whom.
+
+    Rows of earlier versions count walkers that the robot drove into to what stands.
+    """
+    known = [row.get(key) for key in HITS]
+    hit = row["collisions"] - sum(count or 0 for count in known)
+    return {"hit": hit, "walker": "+".join("-" if each is None else str(each) for each in known)}
 
 
 def room_tables(data: Data) -> Group:

@@ -12,6 +12,7 @@ from worlds.world import World
 def world_summary(world: World) -> dict[str, Any]:
     """Return size, objects, shares of forbidden ground and tasks of a world, ready for JSON."""
     counts = Counter(each.semantic.name.lower() for each in world.objects)
+    kinds = Counter(each.kind for each in world.movers if each.behaviour is not None)
     return {
         "name": world.name,
         "seed": world.seed,
@@ -28,6 +29,7 @@ def world_summary(world: World) -> dict[str, Any]:
         },
         "objects": dict(counts),
         "walkers": len(world.movers),
+        "walkers_by_kind": dict(kinds),
         "share_of_ground": {
             reason.name.lower(): float((world.truth.reason == reason).mean()) for reason in Reason
         },
@@ -39,7 +41,9 @@ def world_summary(world: World) -> dict[str, Any]:
 def world_text(data: dict[str, Any]) -> str:
     """Return a summary as text, objects by decreasing number."""
     counts, shares = Counter(data["objects"]).most_common(), data["share_of_ground"].items()
-    walkers = [f"walkers: {data['walkers']}"] if data["walkers"] else []
+    kinds = ", ".join(f"{count} {kind}" for kind, count in data["walkers_by_kind"].items())
+    of_kind = f" ({kinds})" if kinds else ""
+    walkers = [f"walkers: {data['walkers']}{of_kind}"] if data["walkers"] else []
     place = [datum_text(data["datum"])] if data["datum"] else []
     return "\n".join(
         [

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from andabata.evaluation.room_policies import fitted, trained_lidar
+from andabata.evaluation.room_policies import fitted, law_policy, trained_lidar
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.readings import PlanarNavigator
 from andabata.machine.planar.vehicle import PlanarVehicleConfig
@@ -20,8 +20,7 @@ from andabata.tasks.rooms.policy_navigator import (
 )
 from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.rooms.td3_config import Td3TaskConfig
-from rl.goal_laws import HeadingPolicy
-from rl.policy import Policy
+from rl.laws import LAWS
 
 
 class _RoomPolicy(NamedTuple):
@@ -81,7 +80,8 @@ def barn_navigator(
     if name not in ROOM_POLICIES:
         return planar_navigator(name, vehicle, rng, policy)
     policy_name, task, similarity, has_map = ROOM_POLICIES[name]
-    actor = _heading(task) if policy_name == "heading" else shipped_policy(policy_name)
+    is_law = policy_name in LAWS
+    actor = law_policy(policy_name, task) if is_law else shipped_policy(policy_name)
     seen = scaled_lidar(lidar, similarity.length)
     # The open looks as it did in training.
     reach = min(seen.max_range, trained_lidar(actor, task).max_range)
@@ -89,8 +89,3 @@ def barn_navigator(
     actor, task = fitted(actor, task.model_copy(update={"lidar": seen}))
     map_config = VEHICLE_MAP if has_map else None
     return RoomPolicyNavigator(vehicle, actor, task, similarity, map_config, rng)
-
-
-def _heading(task: RoomConfig) -> Policy:
-    """Return the law that turns to the (sub-)goal."""
-    return HeadingPolicy({}, task.observations, task.actions)

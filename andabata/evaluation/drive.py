@@ -15,7 +15,14 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.drive_trace import DriveTrace
 from andabata.evaluation.estimate_error import EstimateError
-from andabata.evaluation.trial import HARMS, OffroadAttempt, Operator, run_trial, strict_row
+from andabata.evaluation.trial import (
+    HARMS,
+    OffroadAttempt,
+    Operator,
+    run_trial,
+    strict_row,
+    walker_row,
+)
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.fault_watch import FaultWatch, response_as_dict
@@ -103,6 +110,7 @@ class Driven:
                     "arrival_error_m": attempt.detail.arrival_error,
                     "position_error_m": attempt.detail.position_error,
                     **strict_row(attempt),
+                    **walker_row(attempt),
                 }
                 for attempt in self.attempts
             ],
@@ -114,13 +122,14 @@ class Driven:
         }
 
     def _walkers(self) -> list[dict[str, Any]]:
-        """Return size and path of each walker, ready for JSON."""
+        """Return kind, size and path of each walker, ready for JSON."""
         walkers = []
-        for rows in np.moveaxis(self.walkers, 1, 0):
+        for mover, rows in zip(self.world.movers, np.moveaxis(self.walkers, 1, 0), strict=False):
             seconds = np.flatnonzero(rows[:, _RADIUS] > 0.0)
             if len(seconds):
                 places = np.column_stack([seconds, rows[seconds, :3]])
-                size = {"radius_m": rows[:, _RADIUS].max(), "height_m": rows[0, _HEIGHT]}
+                size: dict[str, Any] = {"kind": mover.kind}
+                size |= {"radius_m": rows[:, _RADIUS].max(), "height_m": rows[0, _HEIGHT]}
                 walkers.append(size | {"stamped_path": np.round(places, 2).tolist()})
         return walkers
 

@@ -24,6 +24,26 @@ _WALKERS = {
 """Cause of a collision with a walker: the robot's motion, or the walker's."""
 
 
+def touched_kind(
+    world: World, place: NDArray[np.float64], walkers: NDArray[np.float64] | None, contact: Contact
+) -> str:
+    """Return the kind of the walker that a robot touches at the end of a drive.
+
+    It is ``person``, ``animal``, ``vehicle``, or ``walker`` for one that goes straight; empty where
+    no walker is touched.
+
+    Args:
+        world: World.
+        place: Position of the robot, map [m], shape (2,) or more.
+        walkers: Walkers then: x, y, z, radius, height [m], shape (m, 5); None without any.
+        contact: Contact of the body.
+    """
+    if contact not in _WALKERS or walkers is None or not len(walkers):
+        return ""
+    gaps = np.hypot(*(walkers[:, :2] - place[:2]).T) - walkers[:, 3]
+    return world.movers[int(np.argmin(np.where(walkers[:, 3] > 0.0, gaps, np.inf)))].kind
+
+
 def failure_cause(
     world: World, place: NDArray[np.float64], outcome: Outcome, contact: Contact = Contact.NONE
 ) -> str:

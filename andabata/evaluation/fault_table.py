@@ -15,6 +15,7 @@ from andabata.evaluation.table import (
     Sample,
     Table,
     by_contender,
+    hit_counts,
     mcnemar_test,
     row_of,
     share_difference,
@@ -111,8 +112,9 @@ def _flag(attempt: OffroadAttempt) -> float | None:
 
 
 def _ends(sample: Sample) -> Row:
-    """Return the number of trials and of those that reached all of their goals."""
-    return {"trials": len(sample.clusters), "successes": sample.count(has_all)}
+    """Return the numbers of trials, of those that reached all of their goals, and who hit whom."""
+    ends = {"trials": len(sample.clusters), "successes": sample.count(has_all)}
+    return ends | hit_counts(sample)
 
 
 def _responses(sample: Sample) -> Row:

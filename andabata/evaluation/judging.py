@@ -28,8 +28,9 @@ JUDGED_BESIDE = ("random+planner", "away+planner", "reactive", "oracle")
 """Controllers beside those that are asked for: noise in the policy's place, the opposite of what it
 should do, a plain law that sees, and the upper bound."""
 
-JUDGED_LAWS = ("random", "away", "heading")
-"""Laws beside the policies in rooms: noise, the opposite, and a law that sees no obstacle."""
+JUDGED_SENSES: Mapping[str, float] = MappingProxyType({"drift": 1.0, "noise": 0.01})
+"""Least drift and noise of the robot in rooms, by the names of the task's settings: those of
+BARN's robot."""
 
 
 def judging_seed(release: str) -> int:

@@ -17,7 +17,7 @@ from andabata.evaluation.judging import JUDGED_FORM, checked_seed, refuse_other_
 from andabata.evaluation.perturbation import Arm, arms, with_disturbance
 from andabata.evaluation.scenarios import Scenario, scenarios
 from andabata.evaluation.strict_verdict import StrictMeasures
-from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures, strict_row
+from andabata.evaluation.trial import OffroadAttempt, OffroadMeasures, strict_row, walker_row
 from andabata.evaluation.trial_monitor import arrival_tolerance
 from andabata.machine.faults import FaultSetting
 from andabata.machine.pose import Pose
@@ -332,6 +332,7 @@ def attempt_row(attempt: OffroadAttempt) -> Entry:
         "arrival_error_m": measures.arrival_error,
         "position_error_m": measures.position_error,
         **strict_row(attempt),
+        **walker_row(attempt),
         **({} if measures.response is None else {"fault_response": measures.response.as_dict()}),
         "end_xy": list(measures.end),
         "goal_xy": list(measures.goal_place),
@@ -364,6 +365,7 @@ def attempt_of(row: Mapping[str, Any]) -> OffroadAttempt:
         position_error=row.get("position_error_m"),
         strict=_strict_of(row),
         response=FaultResponse.of(row.get("fault_response")),
+        walker=row.get("walker", ""),
     )
     return Attempt(
         contender=row["controller"],

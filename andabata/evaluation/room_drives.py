@@ -143,6 +143,8 @@ def drive_tour(
 ) -> list[RoomAttempt]:
     """Drive to goals in a row, each from where the robot stands, until one is not reached.
 
+    With drift the robot knows where it is at the begin of each.
+
     Args:
         policy: Policy, for any number of points.
         config: Settings with one room.

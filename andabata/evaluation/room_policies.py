@@ -2,9 +2,12 @@
 
 from typing import Any
 
+import numpy as np
+
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.tasks.rooms.catalogue import ROOM_TASKS, RoomTaskConfig
 from andabata.tasks.rooms.config import RoomConfig
+from rl.laws import LAWS
 from rl.policy import Policy, with_observations
 
 TRAINED = "trained"
@@ -78,6 +81,22 @@ def trained_lidar(policy: Policy, config: RoomConfig) -> PlanarLidarConfig:
     """Return the laser that a policy was trained with, a task's own if it does not say."""
     training = trained_in(policy)
     return config.lidar if training is None else training.lidar
+
+
+def law_policy(name: str, config: RoomConfig) -> Policy:
+    """Return a law for the robot and the terms of a task.
+
+    Args:
+        name: Name in ``LAWS``.
+        config: Task.
+    """
+    known = {
+        "bearings": config.terms.window_bearings.astype(np.float32),
+        "radius": np.array([config.robot.radius], dtype=np.float32),
+    }
+    law = LAWS[name]
+    constants = {part: known[part] for part in law.constants}
+    return law(constants, config.observations, config.actions)
 
 
 def _as_trained(policy: Policy, config: RoomConfig) -> RoomConfig:

@@ -21,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from andabata.engine import Engine, SerialEngine
 from andabata.evaluation.attempt import Attempt
 from andabata.evaluation.comparison import Attempts, DrivenCell
-from andabata.evaluation.judging import checked_seed, judged_trials
+from andabata.evaluation.judging import JUDGED_SENSES, checked_seed, judged_trials
 from andabata.evaluation.room_drives import (
     RoomAttempt,
     RoomMeasures,
@@ -110,16 +110,27 @@ class RoomEvaluationConfig(BaseModel):
                     f"rooms: expected those that judge {self.task.task}, "
                     f"{', '.join(_judges(self.task))}, got {', '.join(self.rooms)}; leave it out"
                 )
+            for name, least in JUDGED_SENSES.items():
+                if (value := getattr(self.task, name)) < least:
+                    raise ValueError(
+                        f"task.{name}: expected {least} or more in a table that judges release "
+                        f"{self.release}, got {value}; leave it out"
+                    )
         return self
 
 
-def judged_task(name: str) -> RoomTaskConfig:
+def judged_task(name: str, release: str | None = None) -> RoomTaskConfig:
     """Return the settings of a task's comparison.
 
     Starts and goals of ``td3`` leave room for GDAE's robot, the widest of its policies.
+
+    Args:
+        name: Name of the task.
+        release: Release that is judged, with senses that drift and are noisy; None to develop.
     """
     wide = {"clearance": JUDGED_CLEARANCE} if name == "td3" else {}
-    return ROOM_TASKS[name](**wide)
+    senses = {} if release is None else JUDGED_SENSES
+    return ROOM_TASKS[name].model_validate({**wide, **senses})
 
 
 def _judges(task: RoomTaskConfig) -> tuple[str, ...]:

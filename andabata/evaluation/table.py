@@ -145,9 +145,14 @@ def counts(**outcomes: Outcome) -> Column:
 
 
 def hit_counts(sample: Sample) -> Row:
-    """Return the collisions that a mover caused, while the robot drove and while it stood."""
+    """Return the collisions with movers, by who drove into whom; see ``Contact``.
+
+    They are those of the robot's own motion, and those that a mover caused, while the robot drove
+    and while it stood.
+    """
     contacts = [a.contact for a in sample.attempts if a.outcome is Outcome.COLLISION]
     return {
+        "hit_mover": contacts.count(Contact.MOVER),
         "hit_by_mover": contacts.count(Contact.HIT),
         "hit_at_rest": contacts.count(Contact.HIT_AT_REST),
     }

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from andabata.assembly.simulated_robot import SimulatedRobot
 from andabata.evaluation.attempt import Attempt
-from andabata.evaluation.failure_cause import failure_cause
+from andabata.evaluation.failure_cause import failure_cause, touched_kind
 from andabata.evaluation.strict_verdict import StrictMeasures
 from andabata.evaluation.trial_monitor import TrialMonitor, arrival_tolerance
 from andabata.machine.sensor_readings import SensorReadings, VehicleState
@@ -50,6 +50,7 @@ class OffroadMeasures:
         position_error: Error of the estimated position at the end [m]; None in records of earlier
             versions.
         strict: Measures of the strict verdict; None in records of earlier versions.
+        walker: Kind of the walker that was touched at the end, see ``touched_kind``; else empty.
         response: Response of the robot to faults over the whole trial, with the last goal that was
             tried; else None.
     """
@@ -69,10 +70,16 @@ class OffroadMeasures:
     position_error: float | None = None
     strict: StrictMeasures | None = None
     response: FaultResponse | None = None
+    walker: str = ""
 
 
 OffroadAttempt = Attempt[OffroadMeasures]
 """Drive to one goal off-road."""
+
+
+def walker_row(attempt: OffroadAttempt) -> dict[str, Any]:
+    """Return the kind of the walker that was touched, ready for JSON; nothing without any."""
+    return {"walker": attempt.detail.walker} if attempt.detail.walker else {}
 
 
 def is_strict_success(attempt: OffroadAttempt) -> bool | None:
@@ -164,7 +171,8 @@ def run_trial(
                 on_step(readings)
         # The estimate is that of the readings before the last step.
         off = simulated_robot.localizer.pose.position - state.pose.position
-        attempts.append(measured(number, outcome, shortest, float(np.hypot(*off[:2])), monitor))
+        error, there = float(np.hypot(*off[:2])), readings.walkers
+        attempts.append(measured(number, outcome, shortest, error, monitor, there))
         # The next goal lies ahead of this one: from where the robot failed it is another task.
         if outcome is not Outcome.GOAL:
             break
@@ -227,6 +235,7 @@ def _attempt(
     shortest: float,
     position_error: float,
     monitor: TrialMonitor,
+    walkers: NDArray[np.float64] | None,
 ) -> OffroadAttempt:
     """Return what the monitor measured on the way to a goal, whose numbers begin at 1."""
     end, contact = monitor.path[-1], monitor.contact
@@ -245,6 +254,7 @@ def _attempt(
         arrival_error=monitor.arrival_error,
         position_error=position_error,
         strict=monitor.strict,
+        walker="" if outcome is Outcome.GOAL else touched_kind(world, end, walkers, contact),
     )
     return Attempt(
         contender=contender,

@@ -38,7 +38,7 @@ _TOUCH_DISTANCE = 0.005
 """Largest distance of two bodies that counts as contact [m]."""
 
 _AROUND = 4.0
-"""Distance from the robot up to which walkers have bodies in the physics [m]."""
+"""Distance from the robot to the edge of a walker up to which it has a body in the physics [m]."""
 
 _DROP = 0.02
 """Height above the ground at which the body is put down [m]."""
@@ -298,7 +298,8 @@ class BulletVehicle:
             self._body, physicsClientId=self._client
         )
         places, velocities, radii = (array[tick] for array in walkers.movers)
-        near = (radii > 0.0) & (np.hypot(places[:, 0] - x, places[:, 1] - y) < _AROUND)
+        away = np.hypot(places[:, 0] - x, places[:, 1] - y) - radii
+        near = (radii > 0.0) & (away < _AROUND)
         for m in np.flatnonzero(self._is_out & ~near).tolist():
             move_walker(self._walkers[m], BELOW, (0.0, 0.0, 0.0), self._client)
         for m in np.flatnonzero(near).tolist():

@@ -27,7 +27,7 @@ from worlds.walking import BELOW, WalkerTrack
 from worlds.world import Start, World
 
 _AROUND = 4.0
-"""Distance from the robot up to which walkers have bodies in the physics [m]."""
+"""Distance from the robot to the edge of a walker up to which it has a body in the physics [m]."""
 
 _DROP = 0.02
 """Height above the ground at which the body is put down [m]."""
@@ -182,7 +182,7 @@ class MujocoVehicle:
         """Put the walkers around the robot where they are, and the others below the ground."""
         data = self._sim.data
         places, _, radii = (array[tick] for array in walkers.movers)
-        near = (radii > 0.0) & (np.hypot(*(places - data.qpos[:2]).T) < _AROUND)
+        near = (radii > 0.0) & (np.hypot(*(places - data.qpos[:2]).T) - radii < _AROUND)
         middles = walkers.feet[tick] + walkers.heights / 2
         data.mocap_pos[:] = BELOW
         data.mocap_pos[near] = np.column_stack([places, middles])[near]

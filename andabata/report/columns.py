@@ -35,6 +35,9 @@ class Column(NamedTuple):
         return f"{self.words} [{self.unit}]" if self.unit else self.words
 
 
+HITS = ("hit_mover", "hit_by_mover", "hit_at_rest")
+"""Keys of the collisions with movers, by who drove into whom; rows of rooms and off-road."""
+
 _SHARE = ("%", ".1f", 100.0)
 _STEPS = ("", ".0f")
 
@@ -50,6 +53,7 @@ COLUMNS: Mapping[str, Column] = {
     "worlds": Column("worlds"),
     "successes": Column("reached"),
     "collisions": Column("collisions"),
+    "hit_mover": Column("drove into a mover"),
     "hit_by_mover": Column("hit by a mover while driving"),
     "hit_at_rest": Column("hit by a mover while standing"),
     "tipovers": Column("tipped over"),

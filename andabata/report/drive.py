@@ -212,7 +212,8 @@ def _goals(rows: Sequence[Row], compared: bool) -> Section:
 
 def _failure(row: Row) -> str:
     """Return how an attempt failed, in words."""
-    contact = f" ({word(row['contact'])})" if row.get("contact") else ""
+    touched = (word(row.get("contact", "")), row.get("walker", ""))
+    contact = f" ({', '.join(filter(None, touched))})" if row.get("contact") else ""
     return f"{row['drive']}, goal {row['goal']}: {word(row['outcome'])}{contact}."
 
 

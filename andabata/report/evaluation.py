@@ -9,7 +9,7 @@ from PIL import Image
 
 from andabata.evaluation.offroad_table import success_text
 from andabata.report.blocks import Block, Fact, Folded, Picture, Plot, Table, Text
-from andabata.report.columns import interval, several, with_reached, word
+from andabata.report.columns import HITS, interval, several, with_reached, word
 from andabata.report.folder import read_result, read_rows
 from andabata.report.page import Page, Section
 from andabata.report.plots.evaluation import difficulty_figure, goals_figure, paths_figure
@@ -165,7 +165,10 @@ def goals_table(rows: Sequence[Row], every: str, caption: str = "") -> Table:
     """
     several_goals = len({row["goal"] for row in rows}) > 2  # Two are the only goal and "all".
     shown = [row for row in with_reached(rows) if several_goals or row["goal"] != "all"]
-    return Table(shown, _SHOWN, caption, every)
+    # Where nothing moves, three columns of noughts would say nothing.
+    hits = HITS if any(row.get(key) for row in rows for key in HITS) else ()
+    after = _SHOWN.index("collisions") + 1
+    return Table(shown, (*_SHOWN[:after], *hits, *_SHOWN[after:]), caption, every)
 
 
 def _pairs(rows: Sequence[Row]) -> Section | None:

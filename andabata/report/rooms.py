@@ -14,7 +14,7 @@ from andabata.evaluation.rooms import RoomEvaluationConfig, cell_task, tasks_of
 from andabata.evaluation.support_points import drive_with_support_points
 from andabata.machine.planar.lidar import TRAINING_LIDAR
 from andabata.report.blocks import Folded, Picture, Plot, Table, Text
-from andabata.report.columns import several, with_reached
+from andabata.report.columns import HITS, several, with_reached
 from andabata.report.page import Page, Section
 from andabata.report.plots.film import film
 from andabata.report.plots.room_clip import room_film
@@ -190,7 +190,7 @@ def _ends(rows: Sequence[Row], names: Sequence[str], number: str) -> list[Plot]:
 def _cell_columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return the columns of cells that are not folded: those that tell the rows apart."""
     several = [key for key in _CELL if len({row[key] for row in rows}) > 1] or ["room"]
-    hits = ["hit_by_mover", "hit_at_rest"] if any(row.get("movers") for row in rows) else []
+    hits: Sequence[str] = HITS if any(row.get("movers") for row in rows) else ()
     return [
         *several,
         "reached",

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from rl.goal_laws import LAWS, AwayPolicy, HeadingPolicy, ProportionalPolicy, RandomPolicy
-from rl.policy import policy_from_bytes
+from rl.goal_laws import AheadPolicy, AwayPolicy, HeadingPolicy, ProportionalPolicy, RandomPolicy
 from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
 from tests.support.known_environments import TARGETS, TWO_ACTIONS
 from tests.support.point_sets import ACTIONS, point_observations
@@ -79,6 +78,12 @@ def test_the_opposite_turns_away_at_full_speed(y, w):
         np.testing.assert_allclose(law.act(seen(x, y)[0]), [0.5, w])
 
 
+@pytest.mark.parametrize("goal", [(1.0, 0.0), (-1.0, 2.0)])
+def test_full_speed_ahead_does_not_look_at_the_goal(goal):
+    """Wherever the goal is, it drives straight on."""
+    np.testing.assert_allclose(AheadPolicy({}, SPACE, ACTIONS).act(seen(*goal)[0]), [0.5, 0.0])
+
+
 def test_noise_fills_the_actions_and_comes_again():
     """The actions of many places are uniform, unlike those of the place beside, and repeatable."""
     places = np.random.default_rng(0).uniform(-5, 5, (2000, 2))
@@ -91,23 +96,6 @@ def test_noise_fills_the_actions_and_comes_again():
     assert abs(np.corrcoef(shares.T)[0, 1]) < 0.06
     assert abs(np.corrcoef(shares[:-1, 1], shares[1:, 1])[0, 1]) < 0.06
     np.testing.assert_array_equal(RandomPolicy({}, SPACE, ACTIONS).best_many(rows), shares)
-
-
-@pytest.mark.parametrize("law", LAWS.values())
-def test_many_rows_are_single_calls(law):
-    """Rows together are the rows alone."""
-    policy = law({}, SPACE, ACTIONS)
-    rows = np.array([seen(*xy)[0] for xy in np.random.default_rng(0).uniform(-5, 5, (20, 2))])
-    expected = [policy.best(row) for row in rows]
-    np.testing.assert_array_equal(policy.best_many(rows), expected)
-    np.testing.assert_array_equal(policy.explore_many(rows, [None] * 20), expected)
-
-
-@pytest.mark.parametrize("law", LAWS.values())
-def test_the_file_comes_back(law):
-    """A law survives its file."""
-    policy = law({}, SPACE, ACTIONS, {"name": "baseline"})
-    assert policy_from_bytes(policy.to_bytes()) == policy
 
 
 def test_what_it_cannot_read_is_refused():

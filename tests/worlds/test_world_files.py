@@ -10,7 +10,7 @@ from safetensors.numpy import load, save
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import box, frustum
-from tests.support.walking_worlds import peopled, walker
+from tests.support.walking_worlds import agent, peopled, walker
 from worlds.catalogue import make_world, patch
 from worlds.scenes import SceneCache
 from worlds.truth import TruthConfig, build_truth
@@ -76,6 +76,31 @@ def test_walkers_come_back_and_no_others_are_named(tmp_path):
     assert found.movers == (made, walker((0.0, 0.0)))
     assert world_to_bytes(found) == path.read_bytes()
     assert b"movers" not in world_to_bytes(small())
+
+
+def test_behaviours_come_back_and_no_others_are_named(tmp_path):
+    """People, their groups and vehicles' tracks; one without has the bytes that it ever had."""
+    made = (
+        agent("person", (0.0, 0.0), yields=True, seed=7),
+        agent("person", (0.0, -0.8), leader=0, slot=(0.0, -0.8)),
+        agent("vehicle", (5.0, 0.0), radius=0.9, track=((5.0, 0.0), (9.0, 1.0))),
+    )
+    path = tmp_path / "a.safetensors"
+    path.write_bytes(world_to_bytes(peopled(small(), *made)))
+    assert load_world(path).movers == made
+    assert b"behaviour" not in world_to_bytes(peopled(small(), walker((0.0, 0.0))))
+
+
+def test_movers_that_a_world_cannot_have_are_refused_by_name(tmp_path):
+    """One that outruns its radius, and more than 500."""
+    path = tmp_path / "a.safetensors"
+    path.write_bytes(world_to_bytes(peopled(small(), agent("animal", (0.0, 0.0), speed=4.0))))
+    with pytest.raises(WorldFileError, match=r"walkers\[0\].speed: expected at most 2.5"):
+        load_world(path)
+    crowd = [walker((0.0, 0.0))] * 501
+    path.write_bytes(world_to_bytes(peopled(small(), *crowd)))
+    with pytest.raises(WorldFileError, match="expected at most 500, got 501"):
+        load_world(path)
 
 
 def test_rough_ground_comes_back_with_its_base(tmp_path):

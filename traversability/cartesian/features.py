@@ -22,6 +22,7 @@ from traversability.cartesian.elevation_grid import (
     POINTS,
     ElevationGrid,
 )
+from traversability.cartesian.ledges import LEDGE_FEATURES, describe_ledge
 from traversability.cartesian.windows import (
     EDGE_CELLS,
     OWN_MEAN,
@@ -60,13 +61,23 @@ GROUND_FEATURES = (
     "height",
     "range",
     *(f"{name}_{window}" for window in ("near", "around", "wide") for name in WINDOW_FEATURES),
+    *LEDGE_FEATURES,
 )
 """Features of a ground cell, in order: number of points and of elevation cells (``tiles``) with
 points, largest height difference within one of them and within all [m], distance from the robot
 [m]; and of the plane through the flat elevation cells of each window around it the share of cells
 that are flat, slope, standard deviation and range of the heights beside the plane [m], largest and
 smallest height of the own elevation cells over it, and height of their highest point over it
-[m]."""
+[m]; and the step along a line through it (``LEDGE_FEATURES``)."""
+
+_LEDGES = _N_SHARED + len(WINDOWS) * len(WINDOW_FEATURES)
+"""Place of the features of ledges."""
+
+_STEP_AROUND = GROUND_FEATURES.index("step_around")
+"""Place of the range of heights in the window that a ledge is sought in."""
+
+_UNEVEN = 0.03
+"""Range of the heights there below which there is none [m]: most ground is spared the search."""
 
 _N_POINTS, _N_CELLS, _SPREAD, _HEIGHT, _RANGE = range(_N_SHARED)
 
@@ -299,7 +310,11 @@ def _describe(
             if not _describe_own(ground.table, u, v, own, row):
                 continue
             row[_RANGE] = far
-            fit_planes(ground.flat, (i, j, ground.cell), own, work, row[_N_SHARED:])
+            fit_planes(ground.flat, (i, j, ground.cell), own, work, row[_N_SHARED:_LEDGES])
+            if row[_STEP_AROUND] >= _UNEVEN:
+                describe_ledge(ground.flat.heights, EDGE_CELLS * i, EDGE_CELLS * j, row[_LEDGES:])
+            else:
+                row[_LEDGES:] = np.float32(0.0)
             described.cells[count, 0], described.cells[count, 1] = u, v
             described.due[count] = due[i, j]
             count += 1

@@ -51,7 +51,7 @@ def config_on(preset: str, size: float) -> NaturalConfig:
     config = presets().get(preset, _BARE)
     assert isinstance(config, NaturalConfig)
     share = (size / config.size) ** 2
-    walkers = config.walkers.model_dump() | {"count": round(config.walkers.count * share)}
+    walkers = config.walkers.scaled(share).model_dump()
     roughness = config.roughness.model_dump() | {"ruts": round(config.roughness.ruts * share)}
     new: dict[str, object] = {"walkers": walkers, "roughness": roughness, "size": size}
     new["ways"] = config.ways.scaled(share).model_dump()

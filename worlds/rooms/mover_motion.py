@@ -185,42 +185,56 @@ def advance(
         dt: Length of the sub-step [s].
     """
     for m in range(movers.radii.shape[1]):
-        velocity, radius = movers.velocities[k, m], movers.radii[k, m]
-        if radius <= 0.0 or (velocity[0] == 0.0 and velocity[1] == 0.0):
-            continue
-        x = movers.places[k, m, 0] + velocity[0] * dt
-        y = movers.places[k, m, 1] + velocity[1] * dt
-        blocked = False
-        for b in range(len(boxes)):
-            # From the box's nearest point to the mover's centre.
-            nx = x - min(max(x, boxes[b, 0]), boxes[b, 2])
-            ny = y - min(max(y, boxes[b, 1]), boxes[b, 3])
-            if nx * nx + ny * ny < radius * radius:
-                blocked = True
-                _mirror(velocity, nx, ny)
-        for c in range(len(circles)):
-            nx, ny, reach = x - circles[c, 0], y - circles[c, 1], radius + circles[c, 2]
-            if nx * nx + ny * ny < reach * reach:
-                blocked = True
-                _mirror(velocity, nx, ny)
-        for e in range(len(edges)):
-            # From the edge's nearest point to the mover's centre.
-            dx, dy = edges[e, 2] - edges[e, 0], edges[e, 3] - edges[e, 1]
-            share = ((x - edges[e, 0]) * dx + (y - edges[e, 1]) * dy) / (dx * dx + dy * dy)
-            share = min(max(share, 0.0), 1.0)
-            nx, ny = x - edges[e, 0] - share * dx, y - edges[e, 1] - share * dy
-            if nx * nx + ny * ny < radius * radius:
-                blocked = True
-                _mirror(velocity, nx, ny)
-        for o in range(movers.radii.shape[1]):
-            nx, ny = x - movers.places[k, o, 0], y - movers.places[k, o, 1]
-            reach = radius + movers.radii[k, o]
-            if o != m and movers.radii[k, o] > 0.0 and nx * nx + ny * ny < reach * reach:
-                blocked = True
-                _mirror(velocity, nx, ny)
-                _mirror(movers.velocities[k, o], -nx, -ny)
-        if not blocked:
-            movers.places[k, m, 0], movers.places[k, m, 1] = x, y
+        advance_one(k, m, movers, boxes, circles, edges, dt)
+
+
+@inlined_kernel
+def advance_one(
+    k: int,
+    m: int,
+    movers: Movers,
+    boxes: NDArray[np.float64],
+    circles: NDArray[np.float64],
+    edges: NDArray[np.float64],
+    dt: float,
+) -> None:
+    """Move mover ``m`` of robot ``k`` for a sub-step; arguments as for ``advance``."""
+    velocity, radius = movers.velocities[k, m], movers.radii[k, m]
+    if radius <= 0.0 or (velocity[0] == 0.0 and velocity[1] == 0.0):
+        return
+    x = movers.places[k, m, 0] + velocity[0] * dt
+    y = movers.places[k, m, 1] + velocity[1] * dt
+    blocked = False
+    for b in range(len(boxes)):
+        # From the box's nearest point to the mover's centre.
+        nx = x - min(max(x, boxes[b, 0]), boxes[b, 2])
+        ny = y - min(max(y, boxes[b, 1]), boxes[b, 3])
+        if nx * nx + ny * ny < radius * radius:
+            blocked = True
+            _mirror(velocity, nx, ny)
+    for c in range(len(circles)):
+        nx, ny, reach = x - circles[c, 0], y - circles[c, 1], radius + circles[c, 2]
+        if nx * nx + ny * ny < reach * reach:
+            blocked = True
+            _mirror(velocity, nx, ny)
+    for e in range(len(edges)):
+        # From the edge's nearest point to the mover's centre.
+        dx, dy = edges[e, 2] - edges[e, 0], edges[e, 3] - edges[e, 1]
+        share = ((x - edges[e, 0]) * dx + (y - edges[e, 1]) * dy) / (dx * dx + dy * dy)
+        share = min(max(share, 0.0), 1.0)
+        nx, ny = x - edges[e, 0] - share * dx, y - edges[e, 1] - share * dy
+        if nx * nx + ny * ny < radius * radius:
+            blocked = True
+            _mirror(velocity, nx, ny)
+    for o in range(movers.radii.shape[1]):
+        nx, ny = x - movers.places[k, o, 0], y - movers.places[k, o, 1]
+        reach = radius + movers.radii[k, o]
+        if o != m and movers.radii[k, o] > 0.0 and nx * nx + ny * ny < reach * reach:
+            blocked = True
+            _mirror(velocity, nx, ny)
+            _mirror(movers.velocities[k, o], -nx, -ny)
+    if not blocked:
+        movers.places[k, m, 0], movers.places[k, m, 1] = x, y
 
 
 @inlined_kernel

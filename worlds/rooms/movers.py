@@ -1,10 +1,10 @@
-"""Moving obstacles as data: round, with a constant speed, there always or for a while."""
+"""Moving obstacles as data: round, there always or for a while, and how those outdoors go."""
 
 import math
 from dataclasses import dataclass
-from typing import Self
+from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
 
 class MoverPlan(BaseModel):
@@ -65,6 +65,42 @@ class MoverPlan(BaseModel):
         return math.hypot(x - centre_x, y - centre_y) - radius < self.when_within
 
 
+class Behaviour(BaseModel):
+    """How a mover of a natural world goes; see ``worlds.agents`` for the law of each kind.
+
+    Attributes:
+        kind: ``person``, ``animal`` or ``vehicle``.
+        seed: Seed of its own decisions: where a person goes next, when an animal turns.
+        yields: True for a person that gives way to the robot.
+        leader: Index, among the movers of the world, of the person that it keeps with; None for one
+            that goes alone or leads.
+        slot: Place beside that person, ahead and to the left of it [m].
+        track: Corners of a vehicle's track, which it drives to and fro [m].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["person", "animal", "vehicle"]
+    seed: int = Field(default=0, ge=0, lt=2**63)
+    yields: bool = False
+    leader: int | None = Field(default=None, ge=0)
+    slot: tuple[FiniteFloat, FiniteFloat] = (0.0, 0.0)
+    track: tuple[tuple[FiniteFloat, FiniteFloat], ...] = ()
+
+    @model_validator(mode="after")
+    def _check_kind(self) -> Self:
+        """Refuse what only another kind has."""
+        if self.kind == "vehicle" and len(self.track) < 2:
+            raise ValueError(f"track: expected two corners or more, got {len(self.track)}")
+        if self.kind != "vehicle" and self.track:
+            raise ValueError(
+                f"track: expected none of a {self.kind}, got {len(self.track)} corners"
+            )
+        if self.kind != "person" and (self.yields or self.leader is not None):
+            raise ValueError(f"yields, leader: expected those of a person, got kind {self.kind}")
+        return self
+
+
 @dataclass(frozen=True)
 class Mover:
     """A moving obstacle of one episode.
@@ -73,8 +109,26 @@ class Mover:
         place: Centre where it begins [m].
         velocity: Velocity with which it begins [m/s].
         plan: Plan that it was drawn from.
+        behaviour: How it goes on; None goes straight and turns back at what stands.
+
+    Raises:
+        ValueError: If place or velocity are not finite.
     """
 
     place: tuple[float, float]
     velocity: tuple[float, float]
     plan: MoverPlan
+    behaviour: Behaviour | None = None
+
+    @property
+    def kind(self) -> str:
+        """Kind of its behaviour; ``walker`` for one that goes straight."""
+        return "walker" if self.behaviour is None else self.behaviour.kind
+
+    def __post_init__(self) -> None:
+        """Refuse places and velocities that are no numbers."""
+        for name, (x, y) in (("place", self.place), ("velocity", self.velocity)):
+            if not (math.isfinite(x) and math.isfinite(y)):
+                raise ValueError(
+                    f"mover.{name}: expected two finite numbers, got {x}, {y}; correct them"
+                )

@@ -9,11 +9,11 @@ from andabata.app.options.evaluation import RoomEvaluationOptions, RoomPolicyOpt
 from andabata.app.options.release import ReleaseOptions, refuse_beside_release
 from andabata.app.run_kinds import EvaluationRequest
 from andabata.engine import Engine
-from andabata.evaluation.judging import JUDGED_LAWS
 from andabata.evaluation.lidar_study import LidarStudyConfig, tabulate_study
 from andabata.evaluation.room_drives import RoomAttempt
 from andabata.evaluation.rooms import RoomComparison, RoomEvaluationConfig, tabulate
 from andabata.report.room_folder import about_policies, policy_files
+from rl.laws import NULL_LAWS
 from rl.policy import Policy
 
 
@@ -32,9 +32,10 @@ def room_evaluation(request: EvaluationRequest) -> Evaluation:
     refuse_beside_release(release, request.typed, "seed", "rooms")
     base = request.given(RoomEvaluationOptions).base(request.task, request.seed, release)
     config = request.settings.resolve(RoomEvaluationConfig, base)
-    policies = request.given(RoomPolicyOptions).load_policies(
-        config.task, () if release is None else JUDGED_LAWS
-    )
+    asked = request.given(RoomPolicyOptions)
+    # Whoever names policies to develop names what to compare them with, too.
+    is_free = release is None and asked.policy is not None
+    policies = asked.load_policies(config.task, () if is_free else NULL_LAWS)
     seeds = f"starts and goals of seed {config.seed}, {config.pairs} in each room"
     judging = judged(options, f"evaluate {config.task.task}", seeds, request.has_folder)
     return replace(policy_evaluation(config, policies), judging=judging)

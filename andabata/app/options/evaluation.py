@@ -58,9 +58,11 @@ Policies = Annotated[
     typer.Option(
         "--policy",
         metavar="FILE",
-        help="Policy instead of the shipped one. In rooms also `shipped`, and laws that see no "
-        "obstacle: `proportional`, `heading`, `random`, `away`; may be repeated there. With --task "
-        "barn that of distilled.",
+        help="Policy instead of the shipped one. In rooms also `shipped`, the law that sees, "
+        "`sees`, laws that see no obstacle, `proportional`, `heading`, `random`, `ahead`, `away`, "
+        "and `nulls`, the null controllers: random, ahead, away, heading, sees. They stand beside "
+        "the shipped policy where none is named, and with --release; may be repeated in rooms. "
+        "With --task barn that of distilled.",
         rich_help_panel="Models",
     ),
 ]
@@ -117,8 +119,8 @@ class OffroadEvaluationOptions:
     suite: Annotated[
         str | None,
         typer.Option(
-            help="generalisation (160 worlds), development (24) or walkers (those 24 with "
-            "walkers), instead of --world, --trials.",
+            help="generalisation (160 worlds), development (24) or walkers (those 24 with people, "
+            "animals and a vehicle), instead of --world, --trials.",
             rich_help_panel=_OFFROAD,
         ),
     ] = None
@@ -255,7 +257,7 @@ class RoomEvaluationOptions:
         from andabata.evaluation.judging import judged_trials, judging_seed
         from andabata.evaluation.rooms import RoomEvaluationConfig, judged_task
 
-        data: dict[str, Any] = {"task": judged_task(task), "release": release}
+        data: dict[str, Any] = {"task": judged_task(task, release), "release": release}
         data["pairs"] = _PAIRS if self.pairs is None else self.pairs
         data["seed"] = seed
         if release is not None:

@@ -8,17 +8,20 @@ from pydantic import ValidationError
 
 from andabata.configuration.settings import explain
 from andabata.configuration.usage import UsageError, words
-from andabata.evaluation.room_policies import TRAINED, fitted
+from andabata.evaluation.room_policies import TRAINED, fitted, law_policy
 from andabata.evaluation.rooms import REACTIVE, WITH_MAP
 from andabata.machine.planar.lidar import PLANAR_LIDARS, PlanarLidarConfig
 from andabata.models import shipped_policy
 from andabata.tasks.rooms.catalogue import RoomTaskConfig
-from rl.goal_laws import LAWS
+from rl.laws import LAWS, NULL_LAWS
 from rl.policy import Policy, load_policy
 from worlds.rooms.catalogue import UnknownRoomError, make_room, room_names
 
 SHIPPED = "shipped"
 """Policy without a file: the one that comes with the package. Laws have none either."""
+
+NULLS = "nulls"
+"""Word of ``--policy`` for all null controllers of rooms, ``NULL_LAWS``."""
 
 _GATES = "gates"
 """Word for all gates of a family."""
@@ -104,9 +107,10 @@ def memory_words(text: str) -> tuple[str, ...]:
 
 
 def load_policies(texts: Sequence[str], task: RoomTaskConfig) -> dict[str, Policy]:
-    """Return policies by name: files, ``shipped`` and laws as ``heading``.
+    """Return policies by name: files, ``shipped``, laws as ``heading``, all ``nulls``.
 
     A file's name is that of its folder where several are called alike, as those of several seeds.
+    What ``nulls`` adds to laws that are named comes once.
 
     Args:
         texts: Values of ``--policy``.
@@ -120,6 +124,7 @@ def load_policies(texts: Sequence[str], task: RoomTaskConfig) -> dict[str, Polic
     twice = [text for text, count in Counter(texts).items() if count > 1]
     if twice:
         raise UsageError(f"--policy: expected each once, got {twice[0]} twice")
+    texts = _with_nulls(texts)
     policies = {}
     for name, text in zip(_names(texts), texts, strict=True):
         policy = _load(text, task)
@@ -131,12 +136,21 @@ def load_policies(texts: Sequence[str], task: RoomTaskConfig) -> dict[str, Polic
     return policies
 
 
+def _with_nulls(texts: Sequence[str]) -> list[str]:
+    """Return values of ``--policy`` with the null controllers in the place of ``nulls``."""
+    if NULLS not in texts:
+        return list(texts)
+    place = list(texts).index(NULLS)
+    added = [name for name in NULL_LAWS if name not in texts]
+    return [*texts[:place], *added, *texts[place + 1 :]]
+
+
 def _load(text: str, task: RoomTaskConfig) -> Policy:
     """Return one policy."""
     if text == SHIPPED:
         return shipped_policy(task.task)
     if text in LAWS:
-        return LAWS[text]({}, task.observations, task.actions)
+        return law_policy(text, task)
     return load_policy(Path(text))
 
 

@@ -39,14 +39,14 @@ def evaluate(
     memory; a policy drives the robot, and sees in the form, that it was trained with.
     With --task barn, drive fields of cylinders by the rules of the BARN benchmark.
 
-    With --release, judge: fresh worlds at --reality field, 200 trials, beside null controllers and
-    the oracle, once for each release. All other seeds develop.
+    With --release, judge: fresh worlds at --reality field, in rooms with drift and noise, 200
+    trials, beside null controllers and the oracle, once for each release. All other seeds develop.
 
     Examples:
         andabata evaluate --trials 100 --workers 4
         andabata evaluate --suite generalisation --out data/runs/generalisation
         andabata evaluate --task spn --rooms env2,env3 --lidars ten-beams
-        andabata evaluate --task td3 --policy heading --rooms clutter-movers-7300
+        andabata evaluate --task td3 --policy nulls --rooms clutter-movers-7300
         andabata evaluate --release 0.2.0 --out data/runs/judged
     """
     from andabata.app.jobs.evaluation import run_evaluation

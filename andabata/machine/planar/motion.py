@@ -6,14 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.planar.footprint import Obstacles, touches
+from andabata.machine.planar.odometry import move_along_arc, turn_off
 from andabata.machine.planar.skid_steer import Swing, swung
 from terrain.kernel import kernel
 
 X, Y, YAW, V, W, SET_V, SET_W, ODOM_X, ODOM_Y, ODOM_YAW, RATE_V, RATE_W = range(12)
 """Parts of a state: pose, body's speed and yaw rate, those asked for, pose by odometry, and changes
 of the body's speed [m/s2] and yaw rate [rad/s2], which a skid-steered base alone has."""
-
-_TURN = 2 * np.pi
 
 
 class PlanarMotion(NamedTuple):
@@ -91,15 +90,15 @@ def drive_period(
         else:
             state[V] += motion.follow * (state[SET_V] - state[V])
             state[W] += motion.follow * (state[SET_W] - state[W])
-        _move(state, X, state[V] * draws[0] * motion.dt, state[W] * draws[1] * motion.dt)
+        slipped = state[V] * draws[0], state[W] * draws[1]
+        move_along_arc(state, X, slipped[0] * motion.dt, slipped[1] * motion.dt)
         seen = state[V] * motion.dt * motion.odometry_scale
-        _move(state, ODOM_X, seen, state[W] * motion.dt)
+        move_along_arc(state, ODOM_X, seen, state[W] * motion.dt)
         way += abs(seen)
         if touches(state[X], state[Y], state[YAW], corners, motion.reach, around):
             contact = True
             break
-    # Variances add along the way: one draw for the period is as good as one a step.
-    _move(state, ODOM_X, 0.0, motion.odometry_turn * np.sqrt(way) * draws[2])
+    turn_off(state, ODOM_X, motion.odometry_turn, way, draws[2])
     return contact
 
 
@@ -119,14 +118,3 @@ def _towards(value: float, target: float, most: float, braking: float) -> float:
     if (target - value) * value < 0.0:
         most *= braking
     return value + min(max(target - value, -most), most)
-
-
-@kernel
-def _move(state: NDArray[np.float64], first: int, way: float, turn: float) -> None:
-    """Move the pose that begins at a part of the state along an exact arc."""
-    half = 0.5 * turn
-    # An arc's chord leaves at half the turn; its length is the arc's times sinc.
-    chord = way * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
-    state[first] += chord * np.cos(state[first + 2] + half)
-    state[first + 1] += chord * np.sin(state[first + 2] + half)
-    state[first + 2] = np.pi - (np.pi - state[first + 2] - turn) % _TURN

@@ -22,6 +22,7 @@ from andabata.machine.planar.footprint import (
     touches,
 )
 from andabata.machine.planar.motion import ODOM_X, RATE_V, PlanarMotion, V, W, drive_period
+from andabata.machine.planar.odometry import OdometryErrors
 from andabata.machine.planar.readings import PlanarPose
 from andabata.machine.planar.skid_steer import SkidSteerConfig, Swing, swing_of
 
@@ -131,6 +132,11 @@ class PlanarVehicleConfig(BaseModel):
         """Return a delay [s] in steps of integration."""
         return math.ceil(delay / self.period * self.substeps - 1e-9)
 
+    @property
+    def odometry_errors(self) -> OdometryErrors:
+        """Errors of the odometry, for this control period."""
+        return OdometryErrors(self.odometry_scale, self.odometry_turn, self.slip)
+
     def drawn(self, rng: np.random.Generator) -> "PlanarVehicleConfig":
         """Return the vehicle of one drive: dynamics drawn from the ranges, if there are any."""
         if self.ranges is None:
@@ -215,6 +221,7 @@ class PlanarVehicle:
         """
         self.config = config = config.drawn(rng)
         self._rng, self._around = rng, around
+        self._odometry_errors = config.odometry_errors
         self._corners = np.array(config.footprint, dtype=np.float64)
         gains = 1.0 + config.gain_spread * rng.uniform(-1.0, 1.0, 2)
         dt = config.period / config.substeps
@@ -227,7 +234,7 @@ class PlanarVehicle:
             yaw_acceleration=config.yaw_acceleration * dt,
             gain=float(gains[0]),
             yaw_gain=float(gains[1]),
-            odometry_scale=1.0 + config.odometry_scale * float(rng.standard_normal()),
+            odometry_scale=config.odometry_errors.drawn_scale(rng),
             odometry_turn=config.odometry_turn,
             reach=reach_of(config.footprint),
             braking=skid.braking if skid else 1.0,
@@ -268,8 +275,7 @@ class PlanarVehicle:
             ValueError: If the command is not finite.
         """
         self._take(self.config.limited(command))
-        draws = self._rng.standard_normal(3)
-        draws[:2] = 1.0 + self.config.slip * draws[:2]
+        draws = self._odometry_errors.drawn_period(self._rng)
         if not self.has_contact:
             self.has_contact = drive_period(
                 self.state,

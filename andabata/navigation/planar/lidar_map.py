@@ -7,6 +7,7 @@ takes the goal's place (assumption: SPN, arXiv 2010.10209, has no memory).
 """
 
 import math
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +24,9 @@ _RIM = 0.02
 ON_THE_MIDDLE = LaserPose()
 """Pose of a laser on the robot's middle that faces ahead."""
 
+DISC_RADIUS = 0.2
+"""Radius of the robot that ``ROOM_COSTS`` are made for [m]: SPN's."""
+
 ROOM_COSTS = CostConfig(
     inscribed_radius=0.26,
     inflation_radius=0.46,
@@ -32,8 +36,8 @@ ROOM_COSTS = CostConfig(
     uncertain_cost=0.0,
     lethal_cost=0.0,
 )
-"""Costs of a metre for a round robot of 0.2 m in a room. What was not seen counts as free: a robot
-that waits to know sees no more."""
+"""Costs of a metre for a round robot of ``DISC_RADIUS`` in a room. What was not seen counts as
+free: a robot that waits to know sees no more."""
 
 
 class LidarMapConfig(BaseModel):
@@ -41,7 +45,8 @@ class LidarMapConfig(BaseModel):
 
     Attributes:
         hits: Settings of the hit layer.
-        robot_radius: Radius of the robot [m].
+        robot_radius: Radius of the robot [m]; None takes that of the task's robot, 0.2 m without a
+            task, and leaves as much room beside it as ``costs`` leave beside one of 0.2 m.
         costs: Costs of a metre.
         replan_every: Number of scans between two plans; a new obstacle on the straight way to the
             sub-goal brings one at once.
@@ -53,11 +58,30 @@ class LidarMapConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     hits: HitLayerConfig = Field(default_factory=HitLayerConfig)
-    robot_radius: float = Field(default=0.2, gt=0)
+    robot_radius: float | None = Field(default=None, gt=0)
     costs: CostConfig = ROOM_COSTS
     replan_every: int = Field(default=5, ge=1)
     min_lookahead: float = Field(default=0.3, ge=0)
     max_lookahead: float = Field(default=1.5, gt=0)
+
+    def for_robot(self, radius: float) -> Self:
+        """Return the settings for a round robot, with its radius in map and costs.
+
+        Settings that name a radius are those of a robot already, and stay as they are.
+
+        Args:
+            radius: Radius of the robot [m].
+        """
+        if self.robot_radius is not None:
+            return self
+        wider = radius - DISC_RADIUS
+        # A smaller robot gets no radius below its own, unless the costs have one.
+        radii = {
+            name: max(getattr(self.costs, name) + wider, min(getattr(self.costs, name), radius))
+            for name in ("inscribed_radius", "inflation_radius")
+        }
+        costs = self.costs.model_copy(update=radii)
+        return self.model_copy(update={"robot_radius": radius, "costs": costs})
 
 
 class LidarMap:
@@ -66,27 +90,28 @@ class LidarMap:
     All places are in one frame that does not jump, such as ``odom``.
 
     Attributes:
-        config: Settings.
+        config: Settings, with the radius of the robot.
         hits: Hit layer.
         plan: Costs and cost to go of the last plan; none is needed while the straight way is free.
     """
 
-    def __init__(self, config: LidarMapConfig | None = None) -> None:
+    def __init__(self, config: LidarMapConfig | None = None, radius: float = DISC_RADIUS) -> None:
         """Begin with an empty map.
 
         Args:
             config: Settings.
+            radius: Radius of the robot, for settings that name none [m].
         """
-        self.config = config = config or LidarMapConfig()
+        self.config = config = (config or LidarMapConfig()).for_robot(radius)
         self.hits = HitLayer(config.hits)
-        hits, radius = config.hits, config.robot_radius
+        hits, self._radius = config.hits, config.robot_radius or radius
         self.plan = GridPlanner(
             hits.cells,
             hits.cell,
             CostWeights.of(config.costs, hits.lethal_log_odds, hits.max_log_odds),
             (config.min_lookahead, config.max_lookahead),
             0.0,
-            Passage(radius, radius, radius),
+            Passage(self._radius, self._radius, self._radius),
         )
         self.reset()
 
@@ -131,7 +156,7 @@ class LidarMap:
             raise ValueError(f"pose: expected finite poses and bearings, got {robot}, {laser}")
         self.hits.follow(position)
         new_hits = self.hits.update(eye, bearings, ranges, max_range)
-        self.hits.clear(position, self.config.robot_radius - _RIM)
+        self.hits.clear(position, self._radius - _RIM)
         target = self._planned_for if self._subgoal is None else self._subgoal
         near = _distances_from_way(new_hits, position, target) < self.config.costs.inscribed_radius
         self._is_blocked = self._is_blocked or bool(near.any())

@@ -63,10 +63,7 @@ def world_figure(world: World) -> Figure:
     above, aslant = figure.subplots(1, 2, width_ratios=(1, 1.15))
     _draw_ground(above, world)
     _draw_tasks(above, world.tasks)
-    walkers = [each for each in world.movers if each.plan.appears_at == 0.0]
-    for walker in walkers:
-        above.add_patch(Circle(walker.place, 0.6, color=_WALKER_COLOUR))
-        above.arrow(*walker.place, *(3.0 * np.array(walker.velocity)), color=_WALKER_COLOUR)
+    walkers = _draw_movers(above, world)
     above.set_title(f"{world.name} {world.seed} from above: where the robot must not drive")
     aslant.imshow(panorama(world, (900, 740)))
     aslant.set_axis_off()
@@ -81,6 +78,24 @@ def world_figure(world: World) -> Figure:
         handles.append(Patch(color=_WALKER_COLOUR, label="walker"))
     figure.legend(handles=handles, loc="outside lower center", ncols=max(len(handles), 1))
     return figure
+
+
+def _draw_movers(axes: Axes, world: World) -> bool:
+    """Draw the walkers that are there at the begin, where they head and the tracks of vehicles.
+
+    Returns:
+        True if there are any.
+    """
+    limits = axes.axis()
+    movers = [each for each in world.movers if each.plan.appears_at == 0.0]
+    for mover in movers:
+        # A person of 0.25 m would be a speck.
+        axes.add_patch(Circle(mover.place, max(0.6, mover.plan.radius), color=_WALKER_COLOUR))
+        axes.arrow(*mover.place, *(3.0 * np.array(mover.velocity)), color=_WALKER_COLOUR)
+        if mover.behaviour is not None and mover.behaviour.track:
+            axes.plot(*zip(*mover.behaviour.track, strict=True), ":", color=_WALKER_COLOUR)
+    axes.axis(limits)
+    return bool(movers)
 
 
 def panorama(world: World, size: tuple[int, int]) -> NDArray[np.uint8]:

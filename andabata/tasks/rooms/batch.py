@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.odometry import DeadReckoning, OdometryErrors
 from andabata.tasks.planar import PlanarState
 from andabata.tasks.rooms.kernel import Lasers, Rooms, V, X, cast, drive
 from worlds.rooms.mover_motion import Movers, Schedules, come_and_go, put_down
@@ -47,6 +48,7 @@ class RoomBatch:
         lasers: Lasers that robots can have.
         mounted: Index of each robot's laser, shape (n,).
         reciprocals: Reciprocal distances of the beams from the laser [1/m], float32, shape (n, b).
+        odometry: Poses by odometry, which drift; None where robots know the truth.
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class RoomBatch:
         robot: DiscRobotConfig,
         lidar: PlanarLidarConfig,
         movers: int = 0,
+        errors: OdometryErrors | None = None,
     ) -> None:
         """Prepare for a number of robots.
 
@@ -65,6 +68,7 @@ class RoomBatch:
             robot: Body of all of them.
             lidar: Laser of all of them.
             movers: Number of moving obstacles of each that may come.
+            errors: Errors of their odometry for a control period; None for none.
         """
         self._robot = robot
         self._rooms = room_arrays(rooms)
@@ -78,6 +82,9 @@ class RoomBatch:
         self.reciprocals = np.zeros((count, lidar.count), dtype=np.float32)
         self._tipped = np.zeros(count, dtype=np.bool_)
         self._steps = np.zeros(count, dtype=np.int64)
+        self.odometry: DeadReckoning | None = None
+        if errors is not None:
+            self.odometry = DeadReckoning(count, errors, robot.period)
 
     @property
     def rooms(self) -> Rooms:
@@ -88,6 +95,11 @@ class RoomBatch:
     def poses(self) -> NDArray[np.float64]:
         """True x, y [m] and yaw [rad], shape (n, 3)."""
         return self.motions[:, X:V]
+
+    @property
+    def believed(self) -> NDArray[np.float64]:
+        """Poses that the robots believe in: x, y [m] and yaw [rad], shape (n, 3)."""
+        return self.poses if self.odometry is None else self.odometry.poses
 
     @property
     def stamps(self) -> NDArray[np.float64]:
@@ -126,6 +138,8 @@ class RoomBatch:
             movers = self.movers, self._schedules
             come_and_go(self.motions, chosen, self.stamps, *movers, robot.radius)
         self._steps += chosen
+        if self.odometry is not None:
+            self.odometry.step(twists, chosen)
         drive(
             self.motions,
             chosen,

@@ -7,6 +7,8 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.odometry import OdometryErrors
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.lidar_map import LidarMapConfig
 from andabata.navigation.planar.mover_shield import MoverShieldConfig
 from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig, RoomRewardConfig
@@ -56,7 +58,10 @@ class RoomConfig(BaseModel):
             were seen from the present pose: what moves differs. 0 gives none, as in the papers.
         goal_encoding: ``cosine`` gives the goal as distance / 5, cosine and sine of its bearing
             (assumption), ``polar`` as distance and bearing (both papers).
-        noise: Standard deviation of a beam's range [m].
+        noise: Standard deviation of a beam's range [m] (BARN's robot: 0.01).
+        drift: Factor of the drift of the pose that map, shield and the goal's bearing go by, times
+            that of BARN's robot: scale, heading and slip of its odometry. 0 believes the truth, as
+            in training. Contacts and goals are judged by the truth.
         randomization: Lasers of the observations that are learnt from; None keeps the task's own.
         map: Settings of a local map whose sub-goal takes the goal's place; None without a memory,
             as in the papers.
@@ -86,6 +91,7 @@ class RoomConfig(BaseModel):
     earlier_scan: int = Field(default=0, ge=0, le=100)
     goal_encoding: GoalEncoding = "cosine"
     noise: float = Field(default=0.0, ge=0)
+    drift: float = Field(default=0.0, ge=0, le=10)
     randomization: LidarRandomization | None = None
     map: LidarMapConfig | None = None
     shield: MoverShieldConfig | None = None
@@ -152,6 +158,14 @@ class RoomConfig(BaseModel):
             earlier_scan=self.earlier_scan,
             goal_encoding=self.goal_encoding,
         )
+
+    @property
+    def odometry_errors(self) -> OdometryErrors | None:
+        """Errors of the robot's odometry for its control period; None where it knows the truth."""
+        if self.drift == 0:
+            return None
+        barn = PLANAR_VEHICLES["barn"]
+        return barn.odometry_errors.times(self.drift).over(self.robot.period / barn.period)
 
     @property
     def observations(self) -> ObservationSpec:

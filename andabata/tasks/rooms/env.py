@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.mover_contact import Contact
+from andabata.machine.planar.odometry import as_believed
 from andabata.navigation.planar.hit_layer import LaserPose
 from andabata.navigation.planar.lidar_map import LidarMap
 from andabata.navigation.planar.mover_shield import MoverShield
@@ -63,7 +64,9 @@ class RoomVectorEnv(PlanarVectorEnv):
     | td3, gdae | ranges (20,), goal (2,), velocity (2,) |
 
     With ``earlier_scan`` the windows of an earlier scan stand behind those of the present. With
-    ``shield`` a command may be replaced by one that gets out of the way of movers.
+    ``shield`` a command may be replaced by one that gets out of the way of movers. With ``drift``
+    robots go by a pose that drifts, with ``noise`` their beams are not exact. An earlier scan is
+    aligned by the true motion: in its few steps a pose hardly drifts.
 
     ## Reward
     Terms of ``room_reward``: +5 at the goal, -5 in a collision, else the progress in metres and the
@@ -99,11 +102,13 @@ class RoomVectorEnv(PlanarVectorEnv):
         self._rooms = [make_room(name) for name in config.all_rooms]
         self._renderer = room_renderer(config)
         movers = self._renderer.movers
-        self._in_rooms = RoomBatch(num_envs, self._rooms, config.robot, config.lidar, movers)
+        machine = config.robot, config.lidar, movers, config.odometry_errors
+        self._in_rooms = RoomBatch(num_envs, self._rooms, *machine)
         spaces = config.observations, config.actions
         super().__init__(self._in_rooms, *spaces, config.terminations, num_envs, autoreset)
         self._bearings = config.lidar.bearings
-        self._maps = [] if config.map is None else [LidarMap(config.map) for _ in range(num_envs)]
+        count = 0 if config.map is None else num_envs
+        self._maps = [LidarMap(config.map, config.robot.radius) for _ in range(count)]
         self._shields = [] if config.shield is None else [_shield(config) for _ in range(num_envs)]
         self._targets = np.zeros((num_envs, 2))
         self._goal_bearings = np.zeros(num_envs)
@@ -128,6 +133,11 @@ class RoomVectorEnv(PlanarVectorEnv):
         return self._in_rooms.poses.copy()
 
     @property
+    def believed_poses(self) -> NDArray[np.float64]:
+        """Copy of the x, y [m] and yaw [rad] that each robot believes in, shape (n, 3)."""
+        return self._in_rooms.believed.copy()
+
+    @property
     def _situations(self) -> NDArray[np.float32] | None:
         """Situations of all robots where a replay keeps them; see ``RoomRenderer``."""
         if not self.config.keeps_situations:
@@ -142,6 +152,9 @@ class RoomVectorEnv(PlanarVectorEnv):
         index, task = self._drawn(rng, options)
         movers = draw_movers(self._rooms[index], rng, task, self.config.robot.radius)
         self._in_rooms.place(k, index, task.start, movers)
+        if self._in_rooms.odometry is not None:
+            # Its own source: what is drawn besides does not depend on the drift.
+            self._in_rooms.odometry.restart(k, self._in_rooms.poses[k], rng.spawn(1)[0])
         self._goals[k] = task.goal
         self._goal_bearings[k] = self._bearings_to_goals(slice(k, k + 1))[0]
         if self._maps:
@@ -225,7 +238,7 @@ class RoomVectorEnv(PlanarVectorEnv):
         batch, config = self._in_rooms, self.config
         numbers = np.flatnonzero(chosen)
         beams = batch.reciprocals[numbers]
-        if config.noise > 0:
+        if config.noise > 0 and len(numbers):
             beams = np.stack(
                 [self._noisy(int(k), row) for k, row in zip(numbers, beams, strict=True)]
             )
@@ -233,7 +246,10 @@ class RoomVectorEnv(PlanarVectorEnv):
         for row, k in zip(beams, numbers.tolist(), strict=True) if self._maps else ():
             self._targets[k] = self._subgoal(k, row)
         for row, k in zip(beams, numbers.tolist(), strict=True) if self._shields else ():
-            self._shields[k].update(LaserPose(*batch.poses[k].tolist()), 1.0 / row)
+            self._shields[k].update(LaserPose(*batch.believed[k].tolist()), 1.0 / row)
+        if batch.odometry is not None:
+            poses, believed = batch.poses[numbers], batch.believed[numbers]
+            self._targets[numbers] = as_believed(self._targets[numbers], poses, believed)
         earlier = None
         if self._history is not None:
             self._history.update(numbers, beams, batch.poses, batch.movers)
@@ -253,7 +269,7 @@ class RoomVectorEnv(PlanarVectorEnv):
 
     def _subgoal(self, k: int, row: NDArray[np.float32]) -> NDArray[np.float64]:
         """Remember a robot's scan and return where it should head for [m], shape (2,)."""
-        lidar, pose = self.config.lidar, self._in_rooms.poses[k]
+        lidar, pose = self.config.lidar, self._in_rooms.believed[k]
         laser = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
         # A beam that met nothing has the reciprocal of the largest range, rounded.
         reach = lidar.max_range * (1 - 1e-6)
@@ -267,7 +283,7 @@ class RoomVectorEnv(PlanarVectorEnv):
 
 
 def _shield(config: RoomConfig) -> MoverShield:
-    """Return the shield of a robot."""
+    """Return the shield of a robot, for its own body."""
     robot = config.robot
     largest = Twist(robot.max_speed, robot.max_yaw_rate)
     return MoverShield(config.lidar, robot.radius, largest, robot.period, config.shield)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.planar.mover_contact import Contact, contact_with_mover
+from andabata.machine.planar.odometry import move_along_arc
 from terrain.kernel import inlined_kernel, kernel
 from worlds.rooms.edges import edge_clearance
 from worlds.rooms.mover_motion import Movers, advance
@@ -133,13 +134,7 @@ def drive(
         contacts[k] = 0
         motion, room = motions[k], places[k]
         for _ in range(substeps):
-            turn = motion[W] * dt
-            # An arc's chord leaves at half the turn; its length is the arc's times sinc.
-            half = 0.5 * turn
-            chord = motion[V] * dt * (np.sin(half) / half if abs(half) > 1e-9 else 1.0)
-            motion[X] += chord * np.cos(motion[YAW] + half)
-            motion[Y] += chord * np.sin(motion[YAW] + half)
-            motion[YAW] = np.pi - (np.pi - motion[YAW] - turn) % _TURN
+            move_along_arc(motion, X, motion[V] * dt, motion[W] * dt)
             if movers.radii.shape[1] > 0:
                 boxes = rooms.boxes[room, : rooms.box_counts[room]]
                 circles = rooms.circles[room, : rooms.circle_counts[room]]

@@ -41,6 +41,11 @@ class RoomTerms:
     earlier_scan: int = 0
     goal_encoding: GoalEncoding = "cosine"
 
+    @property
+    def window_bearings(self) -> NDArray[np.float64]:
+        """Bearing of the middle of each window, counter-clockwise [rad], shape (windows,)."""
+        return self.window_fov * ((np.arange(self.windows) + 0.5) / self.windows - 0.5)
+
 
 def room_observations(terms: RoomTerms, max_range: float, max_speed: float) -> ObservationSpec:
     """Return the space of the observations: those of these terms that there are, in this order.

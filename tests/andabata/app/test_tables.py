@@ -148,8 +148,13 @@ def test_the_strict_verdict_and_the_robots_word_have_a_table_of_their_own(capsys
     assert len(old) == 4
 
 
+def cells(lines):
+    """Return the words of the row of the reactive controller."""
+    return next(line for line in lines if "reactive" in line).split()
+
+
 def test_collisions_that_walkers_caused_stand_apart(capsys):
-    """The robot's own + those of walkers."""
+    """What stands, then walkers: driven into, hit by one while driving, and while standing."""
     row = {
         "controller": "reactive",
         "goal": "all",
@@ -157,7 +162,8 @@ def test_collisions_that_walkers_caused_stand_apart(capsys):
         "successes": 20,
         "wilson_low": 0.6,
         "wilson_high": 0.93,
-        "collisions": 4,
+        "collisions": 9,
+        "hit_mover": 1,
         "hit_by_mover": 1,
         "hit_at_rest": 2,
         "tipovers": 0,
@@ -168,13 +174,16 @@ def test_collisions_that_walkers_caused_stand_apart(capsys):
         "world": "natural-walkers",
     }
     lines = printed(capsys, evaluation_tables({"rows": [row]}))
-    assert lines[0].startswith("natural-walkers. hit: by the robot + by walkers")
-    assert "1+3" in lines[3].split()
+    title = "natural-walkers. walker: driven into + hit by, driving + standing"
+    assert " ".join(lines).split()[: len(title.split())] == title.split()
+    assert cells(lines)[4:6] == ["5", "1+1+2"]
     assert max(map(len, lines)) <= 80
-    row |= {"hit_by_mover": 0, "hit_at_rest": 0}
+    older = printed(capsys, evaluation_tables({"rows": [row | {"hit_mover": None}]}))
+    assert cells(older)[4:6] == ["6", "-+1+2"]
+    row |= {"hit_mover": 0, "hit_by_mover": 0, "hit_at_rest": 0}
     plain = printed(capsys, evaluation_tables({"rows": [row]}))
     assert plain[0] == "natural-walkers"
-    assert "4" in plain[3].split()
+    assert cells(plain)[4] == "9"
 
 
 def test_a_drive_says_who_drove_into_whom(capsys):
@@ -182,7 +191,9 @@ def test_a_drive_says_who_drove_into_whom(capsys):
     attempt = {"goal": 1, "time_s": 2.0, "distance_m": 0.5, "trespass_m": 0.0}
     hit = attempt | {"outcome": "collision", "contact": "hit_at_rest"}
     late = attempt | {"outcome": "timeout", "contact": ""}
-    lines = drive_text("title", {"attempts": [hit, late]}).splitlines()
+    named = hit | {"contact": "mover", "walker": "animal"}
+    lines = drive_text("title", {"attempts": [hit, late, named]}).splitlines()
+    assert lines[3].startswith("goal 1: collision (mover, animal) after 2.0 s")
     assert lines[1].startswith("goal 1: collision (hit at rest) after 2.0 s")
     assert lines[2].startswith("goal 1: timeout after 2.0 s")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from andabata.app.world_summary import datum_text, size_text, world_summary, world_text
-from tests.support.walking_worlds import walker
+from tests.support.walking_worlds import agent, walker
 from worlds.catalogue import make_world
 from worlds.world import MapDatum
 
@@ -36,6 +36,10 @@ def test_walkers_are_counted_where_there_are_any(world):
     assert not any("walkers" in line for line in world_text(world_summary(world)).splitlines())
     data = world_summary(replace(world, movers=(walker((0.0, 0.0)),) * 3))
     assert "walkers: 3" in world_text(data).splitlines()
+    made = (agent("person", (0.0, 0.0)), agent("animal", (1.0, 0.0)), agent("person", (2.0, 0.0)))
+    data = world_summary(replace(world, movers=(*made, walker((3.0, 0.0)))))
+    assert data["walkers_by_kind"] == {"person": 2, "animal": 1}
+    assert "walkers: 4 (2 person, 1 animal)" in world_text(data).splitlines()
 
 
 def test_the_text_has_the_most_frequent_objects_first(world):

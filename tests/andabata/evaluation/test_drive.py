@@ -22,6 +22,7 @@ from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.simulator import SensingConfig
 from andabata.replay.replay import replay_bag
 from andabata.tasks.episode_monitor import Outcome
+from tests.support.walking_worlds import agent, peopled, walker
 from worlds.splits import evaluation_world
 from worlds.world import Start, Task
 
@@ -160,14 +161,20 @@ def test_a_drive_lists_where_walkers_were(make_ground):
     rows[1, 1] = 4.0, 4.123, 0.0, 0.2, 1.6
     task = Task(Start(0.0, 0.0, 0.0), ((1.0, 0.0),))
     hit = replace(attempt(1, Outcome.COLLISION), contact=Contact.HIT_AT_REST)
-    data = Driven(make_ground(), task, "policy", (hit,), None, rows).as_dict()
+    world = peopled(make_ground(), agent("person", (1.0, 2.0)), walker((4.0, 4.0)))
+    data = Driven(world, task, "policy", (hit,), None, rows).as_dict()
     assert json.loads(json.dumps(data)) == data
     assert data["attempts"][0]["contact"] == "hit_at_rest"
+    assert "walker" not in data["attempts"][0]
+    named = replace(hit, detail=replace(hit.detail, walker="vehicle"))
+    data = Driven(world, task, "policy", (named,), None, rows).as_dict()
+    assert data["attempts"][0]["walker"] == "vehicle"
     assert [one["stamped_path"] for one in data["walkers"]] == [
         [[0.0, 1.0, 2.0, 0.5], [1.0, 2.0, 2.0, 0.5], [2.0, 3.0, 2.0, 0.5]],
         [[1.0, 4.0, 4.12, 0.0]],
     ]
     assert [one["radius_m"] for one in data["walkers"]] == [0.25, 0.2]
+    assert [one["kind"] for one in data["walkers"]] == ["person", "walker"]
 
 
 def test_a_recorded_drive_is_the_same_drive(tmp_path):

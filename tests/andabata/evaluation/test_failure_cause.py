@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from andabata.evaluation.failure_cause import failure_cause
+from andabata.evaluation.failure_cause import failure_cause, touched_kind
 from andabata.machine.planar.mover_contact import Contact
 from andabata.tasks.episode_monitor import Outcome
 from terrain.classes import SemanticClass
 from terrain.heightfield import Heightfield
 from terrain.objects import box
+from tests.support.walking_worlds import agent, peopled, walker
 from worlds.truth import TruthConfig, build_truth
 from worlds.world import World
 
@@ -68,6 +69,25 @@ def test_walkers_are_causes_of_their_own(contact, cause):
     """Who drove into whom decides, whatever stands near."""
     found = failure_cause(hazardous_world(), np.array([0.4, 5.0]), Outcome.COLLISION, contact)
     assert found == cause
+
+
+def test_the_kind_of_the_walker_that_is_touched():
+    """Edges count, not centres; one that is not there, or is not touched, is none."""
+    world = peopled(
+        hazardous_world(),
+        agent("person", (0.0, 0.0)),
+        agent("vehicle", (0.0, 0.0), radius=1.0, track=((0.0, 0.0), (1.0, 0.0))),
+        walker((0.0, 0.0)),
+    )
+    rows = np.array([[0.9, 0, 0, 0.25, 1.7], [-1.2, 0, 0, 1.0, 2.0], [0, 0.8, 0, 0.25, 1.7]])
+    place = np.zeros(3)
+    assert touched_kind(world, place, rows, Contact.HIT) == "vehicle"
+    rows[1, 3] = 0.0
+    assert touched_kind(world, place, rows, Contact.MOVER) == "walker"
+    rows[2, 1] = 3.0
+    assert touched_kind(world, place, rows, Contact.HIT_AT_REST) == "person"
+    assert touched_kind(world, place, rows, Contact.OBSTACLE) == ""
+    assert touched_kind(world, place, None, Contact.HIT) == ""
 
 
 def test_the_nearest_object_is_the_cause():

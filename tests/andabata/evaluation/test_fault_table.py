@@ -8,7 +8,9 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.fault_table import fault_rows
 from andabata.evaluation.perturbation import arms
 from andabata.machine.faults import Fault
+from andabata.machine.planar.mover_contact import Contact
 from andabata.navigation.fault_watch import FaultResponse
+from andabata.tasks.terminations import Outcome
 from tests.support.offroad_attempts import trial
 
 FAULTS = (Fault.parse("gnss:stuck@20"), Fault.parse("laser:off@10"))
@@ -56,6 +58,20 @@ def test_responses_are_counted_over_the_drives_beyond_the_onset():
     assert (stuck["contacts"], stuck["contacts_after_flag"], stuck["bad_commands"]) == (1, 1, 3)
     assert stuck["health_at_end"] == {"ok": 1, "lost": 1}
     assert (blind["flagged"], blind["contacts"], blind["contacts_after_flag"]) == (0, 1, 0)
+
+
+def test_collisions_with_walkers_are_told_apart():
+    """Each fault's row counts its own, by who drove into whom."""
+    ends = {(ARMS[2].name, 2): Contact.HIT, (ARMS[3].name, 1): Contact.MOVER}
+    found = [
+        replace(each, outcome=Outcome.COLLISION, contact=contact)
+        if (contact := ends.get((each.contender, each.repetition)))
+        else each
+        for each in attempts()
+    ]
+    keys = ("hit_mover", "hit_by_mover", "hit_at_rest")
+    hits = [tuple(row[key] for key in keys) for row in fault_rows(found, ARMS)]
+    assert hits == [(0, 0, 0), (0, 1, 0), (1, 0, 0)]
 
 
 def test_a_flag_of_the_robot_without_a_fault_is_none_of_the_faults():

@@ -8,7 +8,7 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.usage import UsageError
 from andabata.evaluation.judging import (
     JUDGED_BESIDE,
-    JUDGED_LAWS,
+    JUDGED_SENSES,
     JUDGED_TRIALS,
     checked_seed,
     judged_trials,
@@ -16,9 +16,9 @@ from andabata.evaluation.judging import (
     with_those,
 )
 from andabata.evaluation.offroad import EvaluationConfig
-from andabata.evaluation.rooms import RoomEvaluationConfig
+from andabata.evaluation.rooms import RoomEvaluationConfig, judged_task
+from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.machine.reality import LEVELS
-from rl.goal_laws import LAWS
 from worlds.splits import EVALUATIONS, split_of
 
 SEED = judging_seed("0.2.0")
@@ -58,12 +58,11 @@ def test_a_judging_table_has_at_least_200_trials():
 
 
 def test_null_controllers_and_the_oracle_stand_beside_each_once():
-    """Asked first, in their order; the names are those of controllers and laws."""
+    """Asked first, in their order; the names are those of controllers."""
     assert with_those(("planner", "oracle"), JUDGED_BESIDE) == (
         *("planner", "oracle", "random+planner", "away+planner", "reactive"),
     )
     assert set(JUDGED_BESIDE) <= set(CONTROLLERS)
-    assert set(JUDGED_LAWS) <= set(LAWS)
 
 
 def test_a_table_of_the_right_form_is_taken():
@@ -107,6 +106,22 @@ def test_a_table_of_another_form_does_not_use_up_the_seeds(changed, message):
 )
 def test_rooms_have_the_same_rule(changed, message):
     """Starts and goals of a judging seed are for its release, in all rooms of the task."""
+    task = {"task": judged_task("spn", "0.2.0")}
     with pytest.raises(ValidationError, match=message):
-        RoomEvaluationConfig(**changed)
-    RoomEvaluationConfig(seed=SEED, release="0.2.0", pairs=200)
+        RoomEvaluationConfig(**task | changed)
+    RoomEvaluationConfig(**task, seed=SEED, release="0.2.0", pairs=200)
+
+
+@pytest.mark.parametrize("name", JUDGED_SENSES)
+def test_rooms_are_judged_with_drift_and_noise(name):
+    """Those of BARN's robot or more; who develops has none unless they are asked for."""
+    barn = PLANAR_VEHICLES["barn"]
+    assert dict(JUDGED_SENSES) == {"drift": 1.0, "noise": barn.range_noise}
+    task = judged_task("td3", "0.2.0")
+    assert (task.drift, task.noise, task.clearance) == (1.0, 0.01, 0.4)
+    assert (judged_task("td3").drift, judged_task("td3").noise) == (0.0, 0.0)
+    judged = {"seed": SEED, "release": "0.2.0", "pairs": 200}
+    weak = task.model_copy(update={name: 0.0})
+    with pytest.raises(ValidationError, match=f"task.{name}: expected .* or more .*leave it out"):
+        RoomEvaluationConfig(task=weak, **judged)
+    RoomEvaluationConfig(task=task.model_copy(update={"drift": 3.0}), **judged)

@@ -163,7 +163,7 @@ def test_a_failure_among_walkers_comes_with_where_they_went():
     assert walkers == len(failure.world.movers) > 0
     there = (failure.walkers[-2:, :, 3] > 0).all(axis=0)
     moved = np.hypot(*np.diff(failure.walkers[-2:, there, :2], axis=0)[0].T)
-    assert 0.03 < moved.max() < 0.13
+    assert 0.03 < moved.max() < 0.25
 
 
 def picture(failure):
@@ -220,6 +220,7 @@ def test_attempts_go_through_their_rows():
     """What is read has the SPL of what was driven, to the bit, and its contact."""
     (attempt,) = drive_trial(small(goals=1), Models(), 0)
     attempt = replace(attempt, outcome=Outcome.COLLISION, contact=Contact.HIT)
+    attempt = replace(attempt, detail=replace(attempt.detail, walker="animal"))
     again = attempt_of(json.loads(json.dumps(attempt_row(attempt))))
     assert again.path.shape == (0, 3)
     assert np.isnan(again.shortest)

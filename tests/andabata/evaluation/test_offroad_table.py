@@ -27,12 +27,13 @@ def test_energy_is_the_mean_of_the_attempts_with_motors():
     assert summarise(rows, CONTROLLERS)[0]["energy_j"] is None
 
 
-def test_collisions_that_walkers_caused_are_told_apart():
+def test_collisions_with_walkers_are_told_apart():
     """They are collisions all the same; rows of earlier versions know no contacts."""
-    labels = ("obstacle", "mover", "hit", "hit_at_rest", "hit_at_rest")
+    labels = ("obstacle", "mover", "mover", "mover", "hit", "hit_at_rest", "hit_at_rest")
     rows = [attempt(k, 1, "collision", spl=0.0, contact=label) for k, label in enumerate(labels)]
-    row = summarise([*rows, attempt(5, 1, "collision", spl=0.0)], CONTROLLERS)[0]
-    assert (row["collisions"], row["hit_by_mover"], row["hit_at_rest"]) == (6, 1, 2)
+    row = summarise([*rows, attempt(7, 1, "collision", spl=0.0)], CONTROLLERS)[0]
+    assert row["collisions"] == 8
+    assert (row["hit_mover"], row["hit_by_mover"], row["hit_at_rest"]) == (3, 1, 2)
 
 
 def test_goals_in_a_row_count_every_trial():

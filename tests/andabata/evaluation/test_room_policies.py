@@ -1,13 +1,15 @@
 """Policies drive the robot, and see in the form, that they were trained with."""
 
+import numpy as np
 import pytest
 
-from andabata.evaluation.room_policies import fitted, trained_in, trained_lidar
+from andabata.evaluation.room_policies import fitted, law_policy, trained_in, trained_lidar
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.models import shipped_policy
 from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.rooms.td3_config import GDAE_RADIUS, Td3TaskConfig
 from rl.goal_laws import HeadingPolicy
+from rl.laws import LAWS
 from rl.policy import with_info
 from tests.support.room_policies import point_policy, window_policy
 
@@ -60,6 +62,17 @@ def test_who_says_nothing_takes_the_task():
     assert fitted(law, TASK)[1] == TASK
     assert trained_lidar(law, TEN_BEAMS) == TEN_BEAMS.lidar
     assert trained_in(point_policy()) is None
+
+
+def test_the_law_that_sees_knows_its_windows_and_its_body():
+    """It gets the bearings and the radius of the task; those that see nothing get none."""
+    for task in (TASK, Td3TaskConfig(windows=20, window_fov_deg=180.0), SpnConfig()):
+        law = law_policy("sees", task)
+        np.testing.assert_allclose(law.weights["bearings"], task.terms.window_bearings, rtol=1e-6)
+        np.testing.assert_allclose(law.weights["radius"], [task.robot.radius], rtol=1e-6)
+        assert fitted(law, task)[1].windows == task.windows
+    for name in set(LAWS) - {"sees"}:
+        assert law_policy(name, TASK).tensors() == {}
 
 
 def test_a_policy_of_other_ground_is_refused():

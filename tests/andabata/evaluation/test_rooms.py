@@ -21,7 +21,8 @@ from andabata.evaluation.rooms import (
 )
 from andabata.models import shipped_policy
 from andabata.tasks.rooms.spn_config import SpnConfig
-from rl.goal_laws import LAWS, ProportionalPolicy
+from rl.goal_laws import ProportionalPolicy
+from rl.laws import LAWS
 from rl.policy import with_info
 from tests.support.room_policies import window_policy
 from tests.support.room_tables import evaluated_rooms

@@ -97,7 +97,7 @@ def test_columns_stand_in_their_order():
     )
     (row,) = Table(by_contender, RUNS, columns).rows(attempts)
     assert list(row.items()) == [
-        *(("late", 1), ("crashes", 2), ("hit_by_mover", 1), ("hit_at_rest", 1)),
+        *(("late", 1), ("crashes", 2), ("hit_mover", 0), ("hit_by_mover", 1), ("hit_at_rest", 1)),
         *(("goal_time", 2.0), ("even", 3.0), ("none", None)),
     ]
 

@@ -16,6 +16,7 @@ from andabata.machine.sensor_readings import SensorReadings, VehicleState, Wheel
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from tests.support.walking_worlds import agent, peopled
 from worlds.world import Start, Task
 
 
@@ -76,7 +77,8 @@ class StruckPuppet(Puppet):
         readings = super()._readings()
         struck = self.steps == 5
         contact = Contact.HIT_AT_REST if struck else Contact.NONE
-        return replace(readings, truth=replace(readings.truth, collided=struck, contact=contact))
+        truth = replace(readings.truth, collided=struck, contact=contact)
+        return replace(readings, truth=truth, walkers=np.array([[0.0, 0.5, 0.0, 0.3, 0.8]]))
 
 
 GOALS = ((5.0, 0.0), (5.0, 5.0), (-4.0, 5.0), (-4.0, -4.0))
@@ -85,10 +87,11 @@ RULES = TerminationConfig(time_limit=30.0)
 
 
 def test_an_attempt_says_who_drove_into_whom(make_ground):
-    """Being hit is a collision, and its contact tells it apart."""
-    robot = StruckPuppet(make_ground())
+    """Being hit is a collision, and its contact tells it apart, with the kind of the other."""
+    robot = StruckPuppet(peopled(make_ground(), agent("animal", (0.0, 0.5))))
     (attempt,) = run_trial(robot, TASK, RULES, np.random.default_rng(0))
     assert (attempt.outcome, attempt.contact) == (Outcome.COLLISION, Contact.HIT_AT_REST)
+    assert attempt.detail.walker == "animal"
     assert attempt.time == pytest.approx(0.5)
 
 

@@ -14,7 +14,7 @@ from andabata.machine.simulator import SensingConfig, Simulator
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
 from tests.support.plants import ALL_PLANTS, needs_bullet
-from tests.support.walking_worlds import peopled, walker
+from tests.support.walking_worlds import agent, heading_west, peopled, walker
 from worlds.rays.scene import RayScene
 from worlds.world import Start
 
@@ -72,6 +72,47 @@ def test_who_drove_into_whom_is_told_apart(make_ground, plant, wheels, place, ve
         np.maximum(np.abs(places[:, 1] - y) - ROBOT.width / 2, 0.0),
     )
     assert 0.25 - 0.1 * np.hypot(*velocity) - 0.01 < gap.min() < 0.28
+
+
+def test_a_vehicle_strikes_a_robot_that_stands(make_ground, plant):
+    """At its own radius, a metre, and it drives on for the rest of the period at most."""
+    made = agent("vehicle", (4.0, 0.0), radius=1.0, track=((4.0, 0.0), (-5.0, 0.0)))
+    simulated = simulator(peopled(make_ground(), made), plant)
+    readings = until_contact(simulated, STILL, 5.0)
+    simulated.close()
+    assert readings.truth.contact == Contact.HIT_AT_REST
+    gap = readings.walkers[0, 0] - readings.truth.pose.position[0] - ROBOT.length / 2
+    assert 1.0 - 0.1 - 0.01 < gap < 1.03
+
+
+def test_a_vehicle_that_stands_is_driven_into(make_ground, plant):
+    """The robot's is the whole closing speed."""
+    made = agent("vehicle", (2.0, 0.0), speed=0.0, radius=1.0, track=((2.0, 0.0), (3.0, 0.0)))
+    simulated = simulator(peopled(make_ground(), made), plant)
+    readings = until_contact(simulated, AHEAD, 5.0)
+    simulated.close()
+    assert readings.truth.contact == Contact.MOVER
+
+
+def test_a_large_walker_has_its_body_as_soon_as_its_edge_is_near(make_ground, plant):
+    """Its middle is more than four metres away when it strikes."""
+    made = walker((8.0, 0.0), (-1.0, 0.0), radius=4.5)
+    simulated = simulator(peopled(make_ground(size=40.0), made), plant)
+    readings = until_contact(simulated, STILL, 5.0)
+    simulated.close()
+    assert readings.truth.contact == Contact.HIT_AT_REST
+    assert readings.walkers[0, 0] > 4.5
+
+
+@pytest.mark.parametrize("yields", [False, True])
+def test_who_gives_way_lets_a_robot_pass(make_ground, yields):
+    """It sees where the robot truly is; one that does not give way strikes it."""
+    made = heading_west((6.0, 0.0), yields=yields)
+    readings = until_contact(simulator(peopled(make_ground(), made)), AHEAD, 9.0)
+    if yields:
+        assert readings is None
+    else:
+        assert readings.truth.contact == Contact.HIT
 
 
 def test_a_walker_that_passes_is_no_contact(make_ground, plant):

@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from andabata.report import evaluation
-from andabata.report.evaluation import report_evaluation
+from andabata.report.evaluation import goals_table, report_evaluation
 from tests.support.report_folders import written_evaluation
 
 
@@ -38,6 +38,16 @@ def test_success_stands_with_its_interval(text):
     table = text.split("<caption>natural-test</caption>")[1].split("</table>")[0]
     assert "way on forbidden ground [%]" in table
     assert "<td>3 of 3</td><td>1.00 [0.44, 1.00]</td>" in table
+
+
+def test_collisions_with_movers_have_columns_where_there_were_any(folder):
+    """Who drove into whom stands beside the collisions; without any there is no such column."""
+    rows = json.loads((folder / "evaluation.json").read_text())["rows"]
+    keys = ("collisions", "hit_mover", "hit_by_mover", "hit_at_rest")
+    assert not set(keys[1:]) & set(goals_table(rows, "all").columns)
+    shown = goals_table([row | {"hit_mover": 0, "hit_at_rest": 2} for row in rows], "all").columns
+    first = shown.index("collisions")
+    assert tuple(shown[first : first + 4]) == keys
 
 
 def test_the_papers_table_stands_beside_its_world(text):

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from andabata.app.cli import main
+from andabata.report.drive import _failure
 from tests.support.report_folders import (
     made_barn,
     made_classifiers,
@@ -228,6 +229,16 @@ def test_classifiers_stand_beside_the_papers_scores(folders, pages):
     assert "Most important first" in pages["cells"].read_text()
     assert "Most important first" not in pages["again"].read_text()
     assert "Scores by distance" in pages["ground"].read_text()
+
+
+def test_a_failed_drive_says_what_was_touched():
+    """The contact, and the kind of a walker; a drive that ran out of time touched nothing."""
+    row = {"drive": "planner", "goal": 2, "outcome": "collision", "contact": "hit_at_rest"}
+    assert _failure(row) == "planner, goal 2: collision (hit while standing)."
+    row |= {"walker": "vehicle"}
+    assert _failure(row) == "planner, goal 2: collision (hit while standing, vehicle)."
+    row |= {"outcome": "timeout", "contact": "", "walker": ""}
+    assert _failure(row) == "planner, goal 2: out of time."
 
 
 def test_a_drive_has_stamps_motion_clip_and_cause(pages):

@@ -98,7 +98,8 @@ def test_numbers_of_a_preset_go_with_the_area():
     assert (config.traps, config.roughness.ruts) == (round(own.traps / 4), own.roughness.ruts // 4)
     assert config.ways == own.ways.scaled(0.25)
     assert (config.size, config.near, config.trees) == (50.0, 12.5, own.trees)
-    assert config_on("natural-walkers", 50.0).walkers.count == 6
+    walkers = presets()["natural-walkers"].walkers
+    assert config_on("natural-walkers", 50.0).walkers == walkers.scaled(0.25)
     assert config_on("natural-test", 120.0).near == presets()["natural-test"].near
 
 

@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from worlds.rooms.movers import MoverPlan
+from worlds.rooms.movers import Behaviour, Mover, MoverPlan
 
 
 def test_an_obstacle_appears_by_the_distance_from_its_edge():
@@ -31,3 +31,39 @@ def test_an_obstacle_that_waits_for_the_robot_has_a_place():
     for wrong in ({"speed": -0.1}, {"radius": 0.0}, {"duration": 0.0}, {"circle": (0, 0, 1)}):
         with pytest.raises(ValidationError, match=next(iter(wrong))):
             MoverPlan(**{"radius": 0.3} | wrong)
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+def test_places_and_velocities_are_numbers(wrong):
+    """The error names which of both is none."""
+    plan = MoverPlan(radius=0.3)
+    with pytest.raises(ValueError, match=r"mover\.velocity: expected two finite numbers"):
+        Mover((0.0, 0.0), (0.0, wrong), plan)
+    with pytest.raises(ValueError, match=r"mover\.place: expected two finite numbers"):
+        Mover((wrong, 0.0), (0.0, 0.0), plan)
+    with pytest.raises(ValidationError, match="speed"):
+        MoverPlan(radius=0.3, speed=wrong)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"kind": "vehicle"}, "track: expected two corners or more, got 0"),
+        ({"kind": "person", "track": ((0, 0), (1, 0))}, "track: expected none of a person, got 2"),
+        ({"kind": "animal", "yields": True}, "expected those of a person, got kind animal"),
+        ({"kind": "vehicle", "track": ((0, 0), (1, 0)), "leader": 1}, "those of a person"),
+        ({"kind": "bird"}, "kind"),
+        ({"kind": "person", "slot": (0.0, float("nan"))}, "slot"),
+    ],
+)
+def test_a_behaviour_has_what_its_kind_has(given, words):
+    """A track is a vehicle's, a leader and manners are a person's."""
+    with pytest.raises(ValidationError, match=words):
+        Behaviour(**given)
+
+
+def test_a_mover_has_the_kind_of_its_behaviour():
+    """One without goes straight, and is a walker."""
+    plan = MoverPlan(radius=0.3)
+    assert Mover((0.0, 0.0), (0.0, 0.0), plan).kind == "walker"
+    assert Mover((0.0, 0.0), (0.0, 0.0), plan, Behaviour(kind="animal")).kind == "animal"

@@ -11,6 +11,7 @@ from andabata.evaluation.room_table import Cell
 from andabata.evaluation.rooms import RoomComparison, tasks_of
 from andabata.report.room_folder import RoomFolder
 from andabata.runs.folder import write_json
+from rl.laws import NULL_LAWS
 from worlds.rooms.catalogue import make_room
 
 WORDS = "evaluate --task spn --policy proportional --rooms env0,env1 --lidars ten-beams --pairs 3"
@@ -84,6 +85,16 @@ def test_drives_are_those_of_the_policy_of_that_name(capsys, tmp_path, is_old):
         cell = Cell(name, "ten-beams", "spn-env0", "reactive")
         assert [drive.detail.steps for drive in comparison.drive(cell).attempts] == kept
     assert [row["policy"] for row in rows] == ["proportional", "heading"]
+
+
+def test_null_controllers_stand_beside_the_shipped_policy(capsys):
+    """Where no policy is named; whoever names some gets these alone."""
+    words = ["evaluate", "--task", "td3", "--rooms", "clutter-7300", "--memory", "reactive"]
+    words += ["--pairs", "1", "--engine", "serial", "--json", "--quiet"]
+    for named, expected in (([], ["shipped", *NULL_LAWS]), (["--policy", "sees"], ["sees"])):
+        assert main([*words, *named]) == 0
+        rows = json.loads(capsys.readouterr().out)["rows"]
+        assert [row["policy"] for row in rows] == expected
 
 
 def test_a_killed_evaluation_goes_on(capsys, tmp_path):
@@ -208,8 +219,9 @@ def test_a_release_is_judged_in_the_rooms_of_the_task(capsys, tmp_path, monkeypa
     assert main([*words, str(tmp_path / "run")]) == 0
     data = json.loads(capsys.readouterr().out)
     policies = [row["policy"] for row in data["rows"]]
-    assert policies == ["proportional", "random", "away", "heading"]
+    assert policies == ["proportional", *NULL_LAWS]
     assert (data["seed"], data["config"]["pairs"]) == (7, 1)
+    assert (data["config"]["task"]["drift"], data["config"]["task"]["noise"]) == (1.0, 0.01)
     (entry,) = read_ledger(path)
     assert (entry.table, entry.state) == ("evaluate spn", "finished")
     assert entry.seeds == "starts and goals of seed 7, 1 in each room"

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import andabata.models
+from andabata.app.cli import main
 from andabata.app.options.room_words import (
     lidar_word,
     lidar_words,
@@ -17,6 +18,7 @@ from andabata.configuration.usage import UsageError
 from andabata.machine.planar.lidar import PLANAR_LIDARS
 from andabata.tasks.rooms.spn_config import SpnConfig
 from rl.goal_laws import ProportionalPolicy
+from rl.laws import LAWS, NULL_LAWS
 
 SPN = SpnConfig()
 OFFROAD = Path(andabata.models.__file__).parent / "policy.safetensors"
@@ -102,6 +104,24 @@ def test_policies_have_short_names_of_their_own(tmp_path):
     ]
     three = _file(tmp_path / "other/seed-0/policy.safetensors")
     assert list(load_policies([one, three], SPN)) == [one, three]
+
+
+def test_null_controllers_have_a_word_of_their_own():
+    """``nulls`` are all of the one list in its place; laws that are named come once."""
+    assert list(load_policies(["shipped", "nulls"], SPN)) == ["shipped", *NULL_LAWS]
+    rest = [name for name in NULL_LAWS if name != "heading"]
+    assert list(load_policies(["nulls", "heading"], SPN)) == [*rest, "heading"]
+    with pytest.raises(UsageError, match="expected each once, got nulls twice"):
+        load_policies(["nulls", "nulls"], SPN)
+
+
+def test_the_help_names_all_laws(capsys, monkeypatch):
+    """Those of ``LAWS``, and after the word for them the null controllers in their order."""
+    monkeypatch.setenv("COLUMNS", "2000")
+    assert main(["evaluate", "--help"]) == 0
+    text = capsys.readouterr().out
+    assert all(f"`{name}`" in text for name in LAWS)
+    assert f"null controllers: {', '.join(NULL_LAWS)}." in text
 
 
 def test_policies_are_given_once_and_drive_in_rooms(tmp_path):

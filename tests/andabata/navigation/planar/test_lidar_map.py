@@ -87,6 +87,44 @@ def test_to_a_goal_beyond_the_square_the_sub_goal_leads_around_a_wall():
     assert place[1] > 0.5
 
 
+GAP = [((1.2, -1.5), (1.2, -0.3)), ((1.2, 0.3), (1.2, 9.0)), ((1.2, -9.0), (1.2, -3.0))]
+"""Wall at x = 1.2 m with a gap of 0.6 m straight ahead, and a door of 1.5 m to the right."""
+
+
+@pytest.mark.parametrize(("radius", "passes"), [(0.2, True), (0.35, False)])
+def test_a_gap_is_one_for_a_body_that_fits(radius, passes):
+    """A body of 0.4 m is led through a gap of 0.6 m, one of 0.7 m to the door beside it."""
+    lidar = LidarMap(radius=radius)
+    lidar.update((0.0, 0.0, 0.0), DENSE, scan(GAP, (0.0, 0.0, 0.0), DENSE), FAR)
+    place = lidar.subgoal(ORIGIN, np.array([3.0, 0.0]))
+    assert (abs(place[1]) < 0.2) == passes
+    assert passes or place[1] < -0.5
+
+
+def test_costs_leave_the_same_room_beside_every_body():
+    """Radii grow by what the body is wider; a radius that is named stays, and so do its costs."""
+    plain = LidarMapConfig()
+    assert plain.for_robot(0.2).costs == plain.costs
+    wide = plain.for_robot(0.35)
+    assert wide.robot_radius == 0.35
+    radii = wide.costs.inscribed_radius, wide.costs.inflation_radius
+    assert radii == pytest.approx((0.26 + 0.15, 0.46 + 0.15))
+    assert wide.costs.inscribed_cost == plain.costs.inscribed_cost
+    named = LidarMapConfig(robot_radius=0.3)
+    assert named.for_robot(0.35) == named
+    small = plain.for_robot(0.02).costs
+    assert (small.inscribed_radius, small.inflation_radius) == pytest.approx((0.08, 0.28))
+
+
+def test_the_ground_under_the_body_is_free():
+    """What lay within its radius is gone where the robot stands."""
+    for radius, is_free in ((0.2, False), (0.35, True)):
+        lidar = LidarMap(radius=radius)
+        lidar.update((0.0, 0.0, 0.0), np.zeros(1), np.array([0.3]), FAR)
+        lidar.update((0.0, 0.0, 0.0), np.zeros(0), np.zeros(0), FAR)
+        assert (len(lidar.hits.obstacles) == 0) == is_free
+
+
 def test_a_wall_beside_the_way_changes_nothing():
     """The goal itself is headed for along a wall at a distance."""
     np.testing.assert_array_equal(seen([((-1.0, 0.6), (9.0, 0.6))], (4.0, 0.0)), [4.0, 0.0])

@@ -37,6 +37,16 @@ def test_a_task_is_somewhere():
         Td3TaskConfig(random_rooms=0)
 
 
+def test_drift_is_a_factor_of_that_of_barns_robot():
+    """Scale and heading are those of the benchmark; slip averages over a longer period."""
+    assert Td3TaskConfig().odometry_errors is None
+    for factor in (1.0, 3.0):
+        errors = Td3TaskConfig(drift=factor).odometry_errors
+        expected = np.array([0.01, 0.005, 0.03 / np.sqrt(0.1 / 0.05)]) * factor
+        np.testing.assert_allclose(errors, expected)
+    assert SpnConfig(drift=1.0).odometry_errors.slip == pytest.approx(0.015)
+
+
 def test_fixed_tasks_are_those_of_all_named_rooms():
     """Each has its room's index; a pool has none."""
     config = SpnConfig(rooms=("spn-env5", "spn-env1", "spn-crowded"))

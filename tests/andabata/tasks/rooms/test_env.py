@@ -6,9 +6,11 @@ import pytest
 
 from andabata.machine.planar.lidar import PLANAR_LIDARS
 from andabata.navigation.planar.lidar_map import LidarMapConfig
+from andabata.navigation.planar.mover_shield import MoverShield, MoverShieldConfig
 from andabata.tasks.rooms.env import RoomEnv, RoomVectorEnv
 from andabata.tasks.rooms.spn_config import TRAINING_ROOMS, SpnConfig
 from andabata.tasks.rooms.td3_config import Td3TaskConfig
+from andabata.tasks.rooms.terms import encoded_goals
 from andabata.tasks.terminations import TerminationConfig
 from andabata.tasks.vector import renderer_of
 from tests.support.room_robots import AHEAD, SPIN, STAND, drive, part, step
@@ -205,8 +207,9 @@ def test_situations_give_the_observations_again(rooms):
 
 
 def test_a_drive_by_the_batch_is_a_drive_alone():
-    """Robot k of many does what one robot does with seed + k, noise and all."""
-    config = SMALL.model_copy(update={"noise": 0.02, "rooms": ("spn-env3", "spn-sudden")})
+    """Robot k of many does what one robot does with seed + k, noise, drift and all."""
+    changes = {"noise": 0.02, "drift": 3.0, "rooms": ("spn-env3", "spn-sudden")}
+    config = SMALL.model_copy(update=changes)
     env, alone = RoomVectorEnv(config, 3, autoreset=False), RoomEnv(config)
     states, _ = env.reset(seed=7)
     for k in range(3):
@@ -249,6 +252,148 @@ def test_the_map_gives_sub_goals_and_the_reward_keeps_the_goal():
     assert np.hypot(*(guided[1:] - straight[1:])) > 0.5
     rewards = [step(env, [0.0, 0.0])[1][0] for env in (plain, mapped)]
     assert rewards[0] == pytest.approx(rewards[1])
+
+
+GAP = """about = "gap and door"
+half = [4.0, 4.0]
+boxes = [[0.9, -1.5, 1.1, -0.33], [0.9, 0.33, 1.1, 4.0], [0.9, -4.0, 1.1, -3.0]]
+"""
+"""Room with a gap of 0.66 m straight ahead in a wall, and a door of 1.5 m to the right of it."""
+
+
+@pytest.mark.parametrize(("radius", "passes"), [(0.2, True), (0.35, False)])
+def test_the_map_is_that_of_the_robots_own_body(tmp_path, radius, passes):
+    """A robot of 0.2 m is led through the gap, one of 0.35 m to the door."""
+    (tmp_path / "gap.toml").write_text(GAP)
+    robot = SMALL.robot.model_copy(update={"radius": radius})
+    changes = {"rooms": (str(tmp_path / "gap.toml"),), "robot": robot, "map": LidarMapConfig()}
+    env = robots(lidar=PLANAR_LIDARS["wide-270"], **changes)
+    info = env.reset(seed=0, options=drive(0.0, 0.0, 0.0, (3.0, 0.0)))[1]
+    x, y = info["situations"][0, 6:8]
+    assert x > 0
+    assert (abs(y) < 0.3) == passes
+    assert passes or y < -0.5
+
+
+@pytest.mark.parametrize("radius", [0.2, 0.35])
+def test_the_shield_is_that_of_the_robots_own_body(monkeypatch, radius):
+    """It gets the radius, limits and period of the task's robot."""
+    made = []
+    monkeypatch.setattr("andabata.tasks.rooms.env.MoverShield", lambda *args: made.append(args))
+    robot = SMALL.robot.model_copy(update={"radius": radius})
+    robots(robot=robot, shield=MoverShieldConfig())
+    ((lidar, own, largest, period, _),) = made
+    assert (lidar, own, period) == (SMALL.lidar, radius, 0.2)
+    assert (largest.linear, largest.angular) == (robot.max_speed, robot.max_yaw_rate)
+
+
+def driven(steps=40, count=3, **changes):
+    """Return robots after some steps, with all states, rewards and situations of the way."""
+    env = robots(count, rooms=("spn-env3",), **changes)
+    states, info = env.reset(seed=5)
+    told = [(states, np.zeros(count), info["situations"])]
+    rng = np.random.default_rng(0)
+    for _ in range(steps):
+        actions = rng.uniform((0.0, -0.5), (1.0, 0.5), (count, 2)).astype(np.float32)
+        states, rewards, *_, info = env.step(actions)
+        told.append((states, rewards, info["situations"]))
+    return env, [np.array(part) for part in zip(*told, strict=True)]
+
+
+def test_without_drift_the_truth_is_believed():
+    """Poses are true ones, and nothing is computed."""
+    env, _ = driven(drift=0.0)
+    assert env.batch.odometry is None
+    np.testing.assert_array_equal(env.believed_poses, env.poses)
+
+
+def test_drift_moves_the_believed_pose_alone():
+    """True poses, beams, velocities and rewards stay; the goal is where the robot believes it."""
+    (env, plain), (other, shaken) = driven(), driven(drift=3.0)
+    np.testing.assert_array_equal(env.poses, other.poses)
+    np.testing.assert_array_equal(plain[1], shaken[1])
+    for name in ("points", "mask", "windows", "velocity"):
+        np.testing.assert_array_equal(*(part(env, told[0][-1], name) for told in (plain, shaken)))
+    off = np.hypot(*(other.believed_poses - other.poses)[:, :2].T)
+    assert (off > 1e-3).all()
+    assert (off < 1.0).all()
+    goals = plain[2][-1][:, 6:8].astype(np.float64)
+    expected = encoded_goals(other.believed_poses, goals, "cosine")
+    np.testing.assert_allclose(part(other, shaken[0][-1], "goal"), expected, atol=1e-5)
+    assert np.abs(part(env, plain[0][-1], "goal") - expected).max() > 1e-3
+    # At the start the robot knows where it is.
+    np.testing.assert_allclose(plain[0][0], shaken[0][0], atol=1e-6)
+
+
+def test_situations_hold_what_was_seen_with_drift():
+    """They give the same observations again, to the bit."""
+    env, (states, _, situations) = driven(drift=3.0)
+    rng = np.random.default_rng(0)
+    np.testing.assert_array_equal(env.renderer(situations[-1], rng), states[-1])
+
+
+def test_drift_and_noise_come_again():
+    """The same seed gives the same bytes; the drift has a source of its own."""
+    one, two = (driven(drift=1.0, noise=0.02)[1] for _ in range(2))
+    for a, b in zip(one, two, strict=True):
+        assert a.tobytes() == b.tobytes()
+    points = [
+        part(env, told[0][-1], "points")
+        for env, told in (driven(noise=0.02), driven(drift=1.0, noise=0.02))
+    ]
+    np.testing.assert_array_equal(*points)
+
+
+def test_goals_are_judged_by_the_truth():
+    """A robot that believes to be elsewhere is at the goal with the step that takes it there."""
+    env = robots(drift=10.0)
+    env.reset(seed=0, options=drive(0.0, 0.0, 0.0, (0.84, 0.0)))
+    for k in range(6):
+        env.batch.odometry.poses[:, :2] += 1.0
+        assert step(env, AHEAD)[2][0] == (k == 5)
+
+
+def test_contact_is_judged_by_the_truth():
+    """A wall 0.95 m ahead is touched with the eighth step, wherever the robot believes to be."""
+    env = robots(drift=10.0)
+    env.reset(seed=0, options=drive(3.05, 0.0, 0.0, (-3.0, 0.0)))
+    for k in range(8):
+        env.batch.odometry.poses[:, :2] -= 1.0
+        _, _, terminated, _, info = step(env, AHEAD)
+        assert terminated[0] == (k == 7)
+    assert info["outcome"].tolist() == ["collision"]
+
+
+def test_the_map_goes_by_the_believed_pose(monkeypatch, tmp_path):
+    """A robot that believes to be a metre aside heads for what leads to a metre aside."""
+    aside = np.array([0.0, 1.0, 0.0])
+
+    def restart(odometry, k, pose, rng):
+        odometry.poses[k] = pose + aside
+
+    monkeypatch.setattr("andabata.machine.planar.odometry.DeadReckoning.restart", restart)
+    (tmp_path / "gap.toml").write_text(GAP)
+    robot = SMALL.robot.model_copy(update={"radius": 0.35})
+    changes = {"rooms": (str(tmp_path / "gap.toml"),), "robot": robot, "map": LidarMapConfig()}
+    targets = []
+    for drift, goal in ((1.0, (3.0, 1.0)), (0.0, (3.0, 0.0))):
+        env = robots(lidar=PLANAR_LIDARS["wide-270"], drift=drift, **changes)
+        info = env.reset(seed=0, options=drive(0.0, 0.0, 0.0, goal))[1]
+        targets.append(info["situations"][0, 6:8])
+    assert targets[0][1] < -0.5
+    np.testing.assert_allclose(*targets, atol=0.02)
+
+
+def test_the_shield_goes_by_the_believed_pose(monkeypatch):
+    """It is given the pose that the robot believes in."""
+    poses = []
+    monkeypatch.setattr(MoverShield, "update", lambda _, pose, ranges: poses.append(pose))
+    env = robots(drift=3.0, shield=MoverShieldConfig())
+    env.reset(seed=0, options=drive(0.0, 0.0, 0.0, (3.0, 0.5)))
+    for _ in range(5):
+        step(env, [1.0, 0.3])
+        np.testing.assert_array_equal(poses[-1], env.believed_poses[0])
+    assert np.abs(np.array(poses[-1]) - env.poses[0]).max() > 1e-4
 
 
 def test_a_task_that_is_not_there_is_named():

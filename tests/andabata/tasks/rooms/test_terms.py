@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from andabata.tasks.rooms.points import SECTORS
+from andabata.tasks.rooms.points import SECTORS, window_of
 from andabata.tasks.rooms.terms import RoomTerms, encoded_goals, room_observations
 
 
@@ -21,6 +21,16 @@ def test_the_layout_is_points_mask_windows_goal_and_velocity():
     polar = room_observations(RoomTerms(7, goal_encoding="polar"), 5.0, 1.1)
     assert polar.term("goal").shape == (2,)
     assert spec.size == 3 * 120 + SECTORS + 5
+
+
+def test_windows_lie_side_by_side_around_straight_ahead():
+    """Each bearing is the middle of the window that it falls into, the rightmost first."""
+    for size, fov in ((40, 2 * np.pi), (20, np.pi), (1, np.pi)):
+        bearings = RoomTerms(windows=size, window_fov=fov).window_bearings
+        assert [window_of(b, size, fov, 0.0) for b in bearings] == list(range(size))
+        np.testing.assert_allclose(bearings, -bearings[::-1], atol=1e-12)
+        np.testing.assert_allclose(np.diff(bearings), fov / size)
+    assert RoomTerms(windows=4, window_fov=np.pi).window_bearings[0] == -0.375 * np.pi
 
 
 def test_goals_are_distance_and_bearing_from_the_heading():

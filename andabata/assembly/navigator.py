@@ -22,6 +22,7 @@ from andabata.navigation.arrival import ArrivalConfig
 from andabata.navigation.cloud_assembly import CloudAssembler, CloudAssemblyConfig
 from andabata.navigation.controller import NoPlanner, Steering
 from andabata.navigation.laser_monitor import LaserMonitorConfig
+from andabata.navigation.mover_perception import MoverPerception, MoverPerceptionConfig
 from andabata.navigation.navigator import Navigator
 from andabata.navigation.perception import CloudPerception, HorizontalPerception, Perception
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
@@ -49,6 +50,8 @@ class NavigatorConfig(BaseModel):
         rollouts: Settings of its rollouts.
         arrival: Rules by which the robot declares a goal reached.
         laser_monitor: Silence of the laser from which the robot stands still.
+        movers: Settings of the perception of what moves, which the map does not keep; None leaves
+            it out. It needs the rotating or a 3D laser.
         geofence: Rectangle that the robot must not leave, ``x_min, y_min, x_max, y_max`` in the map
             [m], as an operator gives it; None for none. A simulated robot is not told where its
             world ends.
@@ -68,6 +71,7 @@ class NavigatorConfig(BaseModel):
     rollouts: TrajectoryRolloutsConfig = Field(default_factory=TrajectoryRolloutsConfig)
     arrival: ArrivalConfig = Field(default_factory=ArrivalConfig)
     laser_monitor: LaserMonitorConfig = Field(default_factory=LaserMonitorConfig)
+    movers: MoverPerceptionConfig | None = None
     geofence: Geofence | None = None
 
     @model_validator(mode="after")
@@ -151,6 +155,9 @@ def make_perception(
     if models is None:
         raise ValueError("models: expected classifiers for the rotating laser, got None")
     assembler = CloudAssembler(config.assembly, config.robot.lidar_height)
+    movers = None
+    if config.movers is not None:
+        movers = MoverPerception(config.movers, config.robot.lidar_height)
     layers = None
     if with_layers:
         planner = config.local_planner
@@ -161,10 +168,11 @@ def make_perception(
             planner.ground,
             planner.low_obstacles,
             models.ground_classifier,
+            movers,
         )
     limit = config.robot.max_traversable_vegetation
     grid = config.grid.model_copy(update={"max_traversable_vegetation": limit})
-    return CloudPerception(assembler, models.forest, grid, layers)
+    return CloudPerception(assembler, models.forest, grid, layers, movers)
 
 
 def make_localizer(config: NavigatorConfig, rng: np.random.Generator) -> Localizer:

@@ -5,6 +5,7 @@ from typing import Protocol
 from andabata.localization.localizer import Localizer
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.navigation.cloud_assembly import CloudAssembler
+from andabata.navigation.mover_perception import MoverPerception
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from traversability.forest import Forest
 from traversability.grid import PolarGrid
@@ -34,6 +35,7 @@ class CloudPerception:
 
     Attributes:
         assembler: Assembler of the clouds.
+        movers: Perception of what moves, or None.
     """
 
     def __init__(
@@ -42,6 +44,7 @@ class CloudPerception:
         forest: Forest,
         grid: PolarGrid,
         layers: CartesianLayers | None = None,
+        movers: MoverPerception | None = None,
     ) -> None:
         """Put the parts together.
 
@@ -50,8 +53,10 @@ class CloudPerception:
             forest: Classifier of polar cells.
             grid: Polar grid.
             layers: Layers of the ground, fed by the same assembler; None without a planner.
+            movers: Perception of what moves; None leaves it out.
         """
         self.assembler = assembler
+        self.movers = movers
         self._layers = layers
         self._scanner = TraversabilityScanner(forest, grid)
 
@@ -65,6 +70,8 @@ class CloudPerception:
         self.assembler.reset()
         if self._layers is not None:
             self._layers.reset()
+        if self.movers is not None:
+            self.movers.reset()
 
     def update(self, readings: SensorReadings, localizer: Localizer) -> None:
         """Place the new beams with the poses of their own instants."""
@@ -72,6 +79,8 @@ class CloudPerception:
             self.assembler.add(readings.sweeps, localizer.track)
         for frame in readings.frames:
             self.assembler.add_frame(frame, localizer.track)
+        if self.movers is not None:
+            self.movers.update(readings, localizer.track)
 
     def scan(self, stamp: float, localizer: Localizer) -> VirtualScan | None:
         """Move the last cloud into the current pose and classify its cells.

@@ -16,17 +16,14 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.navigation.mover_tracks import TrackedMovers
+from andabata.navigation.planar.circle_tracks import CircleTracks, CircleTracksConfig
 from andabata.navigation.planar.clearance_field import (
     ClearanceField,
     clearance_at,
     clearance_field,
 )
 from andabata.navigation.planar.hit_layer import LaserPose
-from andabata.navigation.planar.mover_tracks import (
-    MoverTracks,
-    MoverTracksConfig,
-    TrackedMovers,
-)
 from terrain.kernel import kernel
 
 
@@ -45,7 +42,7 @@ class MoverShieldConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    tracks: MoverTracksConfig = MoverTracksConfig()
+    tracks: CircleTracksConfig = CircleTracksConfig()
     horizon: float = Field(default=2.0, gt=0, le=10)
     step: float = Field(default=0.05, gt=0)
     speeds: int = Field(default=5, ge=2)
@@ -99,7 +96,7 @@ class MoverShield:
             config: Settings.
         """
         self.config = config = config or MoverShieldConfig()
-        self._tracks = MoverTracks(lidar, period, config.tracks)
+        self._tracks = CircleTracks(lidar, period, config.tracks)
         self._mount = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
         self._bearings, self._reach = lidar.bearings, lidar.max_range * _NEARLY
         speeds = np.linspace(0.0, largest.linear, config.speeds)
@@ -116,7 +113,7 @@ class MoverShield:
         """Forget what was seen."""
         self._tracks.reset()
         self._pose, self._hits = LaserPose(), np.zeros((0, 2))
-        self._movers = TrackedMovers(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+        self._movers = TrackedMovers.none()
 
     def update(self, pose: LaserPose, ranges: NDArray[np.float64]) -> None:
         """Take a scan.
@@ -148,11 +145,11 @@ class MoverShield:
 
     def _near(self) -> TrackedMovers:
         """Return the movers that could meet the robot within the horizon."""
-        places, velocities, radii = self._movers
+        places, velocities, radii = self._movers[:3]
         speeds = np.hypot(*velocities.T) + self._fastest
         gaps = np.hypot(*(places - self._pose[:2]).T) - radii - self._radius
         is_near = gaps < speeds * self.config.horizon + self.config.mover_margin
-        return TrackedMovers(places[is_near], velocities[is_near], radii[is_near])
+        return self._movers.select(is_near)
 
 
 _NEARLY = 1 - 1e-4

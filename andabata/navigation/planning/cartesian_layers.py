@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.navigation.cloud_assembly import CloudAssembler
+from andabata.navigation.mover_perception import MoverPerception
 from andabata.navigation.planning.ground_layer import GroundLayer, GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import (
     LowObstacleLayer,
@@ -25,6 +26,7 @@ class CartesianLayers:
     Attributes:
         ground: Log odds of ground cells; None without a classifier.
         low_obstacles: Heights of low obstacles.
+        movers: Perception of what moves, whose places are not kept; None keeps all.
     """
 
     def __init__(
@@ -35,6 +37,7 @@ class CartesianLayers:
         ground: GroundLayerConfig,
         low_obstacles: LowObstacleLayerConfig,
         classifier: GroundClassifier | None,
+        movers: MoverPerception | None = None,
     ) -> None:
         """Begin empty.
 
@@ -45,11 +48,13 @@ class CartesianLayers:
             ground: Settings of the ground layer.
             low_obstacles: Settings of the low obstacle layer.
             classifier: Classifier of ground cells; None leaves them to the virtual scan.
+            movers: Perception of what moves, which is fed by others; None for none.
 
         Raises:
             ValueError: If the classifier knows cells of another size.
         """
         self._assembler = assembler
+        self.movers = movers
         self._elevation = ElevationGrid(cell / 2, low_obstacles.cells)
         self.low_obstacles = LowObstacleLayer(cell / 2, low_obstacles)
         self.ground = None if classifier is None else GroundLayer(cells, classifier, ground)

@@ -12,6 +12,7 @@ from andabata.navigation.planning.occupancy_layers import (
     add_low_obstacles,
     drive_over,
     take_ground,
+    vacate,
 )
 from andabata.navigation.planning.occupancy_scan import Gains, add_scan, polar_cells
 from terrain.kernel import kernel
@@ -101,6 +102,9 @@ class OccupancyGrid:
             *(self.log_odds, self.centre, yaw, odds),
             *(self._polar, self._gains, ground, is_measured),
         )
+        if layers is not None and layers.movers is not None:
+            # What clouds still show of movers that have left is not there any more.
+            vacate(self.log_odds, self.centre, layers.movers.left_places, config.cell)
         if layers is not None:
             self._raise_low_obstacles(layers.low_obstacles, ground)
 

@@ -76,6 +76,29 @@ def drive_over(
                 log_odds[u, v] = min(log_odds[u, v], driven)
 
 
+@kernel
+def vacate(
+    log_odds: NDArray[np.float32],
+    centre: NDArray[np.int64],
+    places: NDArray[np.float64],
+    cell: float,
+) -> None:
+    """Take obstacles out of the cells that something has left.
+
+    Args:
+        log_odds: Log odds, wrapped around, changed in place, shape (n, n).
+        centre: Cell of the robot, shape (2,).
+        places: Places that were left, in ``odom`` [m], shape (k, 2).
+        cell: Edge of a cell [m].
+    """
+    n = len(log_odds)
+    for k in range(len(places)):
+        i, j = int(np.floor(places[k, 0] / cell)), int(np.floor(places[k, 1] / cell))
+        if max(abs(i - centre[0]), abs(j - centre[1])) < n // 2:
+            u, v = i & (n - 1), j & (n - 1)
+            log_odds[u, v] = min(log_odds[u, v], np.float32(0.0))
+
+
 class LowObstacles(NamedTuple):
     """Low obstacles for the compiled update.
 

@@ -21,6 +21,7 @@ from andabata.machine.simulator import SensingConfig
 from andabata.models import Models
 from andabata.navigation.arrival import ArrivalConfig
 from andabata.navigation.controller import Steering
+from andabata.navigation.mover_perception import MoverPerceptionConfig
 from andabata.navigation.perception import CloudPerception, HorizontalPerception
 from tests.support.situations import StubController, pose_at
 
@@ -68,6 +69,17 @@ def test_layers_use_the_given_ground_classifier_and_the_perceptions_assembler():
     occupancy = CONFIG.local_planner.occupancy
     assert perception.layers.ground.log_odds.shape == (occupancy.cells, occupancy.cells)
     assert perception.layers.ground.cell == pytest.approx(occupancy.cell)
+
+
+def test_movers_are_followed_where_settings_ask_for_it():
+    """Perception and layers have the same ones; by default there are none."""
+    settings = CONFIG.model_copy(update={"movers": MoverPerceptionConfig()})
+    perception = make_perception(settings, Models(), with_layers=True)
+    assert perception.movers is not None
+    assert perception.layers.movers is perception.movers
+    plain = make_perception(CONFIG, Models(), with_layers=True)
+    assert plain.movers is None
+    assert plain.layers.movers is None
 
 
 @pytest.mark.parametrize(("name", "has_layers"), [("policy+planner", True), ("policy", False)])

@@ -43,10 +43,23 @@ def localizer():
     return standing
 
 
-def make(layers=None):
+class StubMovers:
+    """Movers that note what they are given."""
+
+    def __init__(self):
+        self.updates, self.resets = [], 0
+
+    def update(self, readings, track):
+        self.updates.append((readings, track))
+
+    def reset(self):
+        self.resets += 1
+
+
+def make(layers=None, movers=None):
     """Return a perception of clouds."""
     return CloudPerception(
-        CloudAssembler(CloudAssemblyConfig(), 0.7), shipped_forest(), GRID, layers
+        CloudAssembler(CloudAssemblyConfig(), 0.7), shipped_forest(), GRID, layers, movers
     )
 
 
@@ -107,6 +120,18 @@ def test_layers_are_those_of_the_planner_and_are_reset_with_the_clouds():
     perception.reset()
     assert layers.resets == 1
     assert make().layers is None
+
+
+def test_movers_are_fed_with_the_readings_and_the_track(localizer):
+    """Once a step, and forgotten with the clouds."""
+    movers = StubMovers()
+    perception = make(movers=movers)
+    assert perception.movers is movers
+    readings = SensorReadings(0.0, frames=(ground(),))
+    perception.update(readings, localizer)
+    assert movers.updates == [(readings, localizer.track)]
+    perception.reset()
+    assert movers.resets == 1
 
 
 def test_a_horizontal_scan_is_its_own_virtual_scan():

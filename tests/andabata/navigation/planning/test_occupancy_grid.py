@@ -224,7 +224,7 @@ def test_the_grid_follows_the_robot_and_forgets_what_it_leaves_behind():
 
 def layers(ground=None, heights=None, max_log_odds=6.0, is_measured=True):
     """Return layers of given log odds and heights, in dictionaries by cell."""
-    made = SimpleNamespace(is_measured=is_measured, ground=None)
+    made = SimpleNamespace(is_measured=is_measured, ground=None, movers=None)
     if ground is not None:
         log_odds = np.zeros((256, 256), dtype=np.float32)
         for cell, value in ground.items():
@@ -269,6 +269,16 @@ def test_far_blocked_polar_cells_count_without_ground_cells_alone(
     given = layers({} if has_ground else None, is_measured=is_measured)
     grid = updated(make(), np.full_like(nothing_seen(), np.inf), 5, layers=given)
     assert (at(grid, ahead, 0.1) > 0) == counts
+
+
+def test_what_movers_have_left_is_no_obstacle_but_low_obstacles_stay():
+    """Whatever scans and ground cells still say of the place; beside it nothing changes."""
+    given = layers({(10, 0): 3.0, (11, 0): 3.0, (12, 0): 3.0}, heights={(25, 0): 0.03})
+    given.movers = SimpleNamespace(left_places=np.array([(2.1, 0.1), (2.5, 0.1)]))
+    grid = updated(make(), np.full_like(nothing_seen(), np.inf), 5, layers=given)
+    assert grid.log_odds[10, 0] == 0.0
+    assert grid.log_odds[11, 0] == pytest.approx(1.5)
+    assert grid.log_odds[12, 0] > CONFIG.lethal_log_odds
 
 
 def test_low_obstacles_are_raised_in_their_cell_and_beside():

@@ -9,6 +9,7 @@ from andabata.navigation.planning.occupancy_layers import (
     add_low_obstacles,
     drive_over,
     take_ground,
+    vacate,
 )
 
 MOST = 3.0
@@ -38,6 +39,16 @@ def test_driven_ground_fades_until_the_ground_layer_counts():
     take_ground(log_odds, grid([((1, 1), 2.0), ((2, 2), 2.0)]), 1.0, MOST, 0.5)
     expected = grid([((1, 1), -3.5), ((2, 2), 2.0), ((3, 3), -2.5), ((4, 4), -2.9)])
     np.testing.assert_array_equal(log_odds, expected)
+
+
+def test_places_that_were_left_are_no_obstacles():
+    """Free ones stay as free; beyond the window nothing changes, and memory wraps around."""
+    log_odds = grid([((1, 63), 2.0), ((2, 63), -2.0), ((3, 63), 2.0)])
+    places = np.array([(0.3, -0.1), (0.5, -0.1), (0.7 + 64 * 0.2, -0.1)])
+    vacate(log_odds, np.zeros(2, dtype=np.int64), places, 0.2)
+    np.testing.assert_array_equal(log_odds, grid([((2, 63), -2.0), ((3, 63), 2.0)]))
+    vacate(log_odds, np.array([64, 0]), places, 0.2)
+    np.testing.assert_array_equal(log_odds, grid([((2, 63), -2.0)]))
 
 
 def test_ground_under_the_robot_is_driven():

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
+from andabata.navigation.planar.circle_tracks import CircleTracks, CircleTracksConfig
 from andabata.navigation.planar.hit_layer import LaserPose
-from andabata.navigation.planar.mover_tracks import MoverTracks, MoverTracksConfig
 from tests.support.mover_scans import LASER, PERIOD, RADIUS, Scanner, straight
 
 
 def follow(places, poses=None, config=None, lidar=LASER, noise=0.0):
     """Return what moves after scans of a circle at some places, None for away."""
-    tracks, rng = MoverTracks(lidar, PERIOD, config), np.random.default_rng(0)
+    tracks, rng = CircleTracks(lidar, PERIOD, config), np.random.default_rng(0)
     scan, found = Scanner(lidar), None
     for k, place in enumerate(places):
         pose = (0.0, 0.0, 0.0) if poses is None else poses[k]
@@ -46,7 +46,7 @@ def test_a_mover_counts_after_some_scans_and_coasts_for_a_few():
     """Hidden behind something it goes on as before; long unseen it is forgotten."""
     seen, config = (
         straight(6, (2.0, 0.0), (0.0, 0.5)),
-        MoverTracksConfig(confirmation_scans=4, coasting_scans=3),
+        CircleTracksConfig(confirmation_scans=4, coasting_scans=3),
     )
     assert not len(follow(seen[:3], config=config).radii)
     assert len(follow(seen[:4], config=config).radii) == 1
@@ -71,7 +71,7 @@ def test_noise_is_borne():
 def test_the_pose_of_the_laser_counts():
     """A laser before the middle that looks back gives places in the robot's frame."""
     lidar = LASER.model_copy(update={"x": 0.5, "yaw_deg": 180.0})
-    tracks, places = MoverTracks(lidar, PERIOD), straight(8, (2.0, 0.0), (0.0, 0.5))
+    tracks, places = CircleTracks(lidar, PERIOD), straight(8, (2.0, 0.0), (0.0, 0.5))
     scan = Scanner(lidar)
     for place in places:
         found = tracks.update(LaserPose(), scan(place))
@@ -83,4 +83,4 @@ def test_the_pose_of_the_laser_counts():
 def test_a_scan_that_returned_nothing_has_no_circles():
     """Neither have beams without a number."""
     for silent in (10.0, np.nan, np.inf):
-        assert not len(MoverTracks(LASER, PERIOD).update(LaserPose(), np.full(360, silent)).radii)
+        assert not len(CircleTracks(LASER, PERIOD).update(LaserPose(), np.full(360, silent)).radii)

@@ -1,9 +1,7 @@
-"""Tracks of round movers in the scans of a planar laser: where they are, and how they move.
+"""Tracks of round movers in the scans of a planar laser.
 
 Each scan is cut where neighbouring hits lie apart; a piece that a circle of a mover's size fits is
-one that may move. Circles are followed from scan to scan in a frame that does not jump, such as
-``odom``: each is expected to go on at the mean of its last velocities, in which older ones count
-less and less.
+one that may move. Circles are followed from scan to scan; see ``navigation.mover_tracks``.
 """
 
 import math
@@ -14,12 +12,13 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.navigation.mover_tracks import MoverTracks, TrackedMovers, TrackLaw
 from andabata.navigation.planar.hit_layer import LaserPose
 from terrain.kernel import kernel
 
 
-class MoverTracksConfig(BaseModel):
-    """Settings of ``MoverTracks``, all of them assumptions.
+class CircleTracksConfig(BaseModel):
+    """Settings of ``CircleTracks``, all of them assumptions.
 
     Attributes:
         max_range: Largest range of a hit that counts [m].
@@ -51,22 +50,8 @@ class MoverTracksConfig(BaseModel):
     min_speed: float = Field(default=0.1, ge=0)
 
 
-class TrackedMovers(NamedTuple):
-    """Circles that move, in the frame of the poses.
-
-    Attributes:
-        places: Centres [m], shape (k, 2).
-        velocities: Velocities [m/s], shape (k, 2).
-        radii: Radii [m], shape (k,).
-    """
-
-    places: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    radii: NDArray[np.float64]
-
-
 class _Fit(NamedTuple):
-    """Numbers of ``MoverTracksConfig`` that the compiled search for circles depends on."""
+    """Numbers of ``CircleTracksConfig`` that the compiled search for circles depends on."""
 
     max_range: float
     cluster_gap: float
@@ -76,22 +61,7 @@ class _Fit(NamedTuple):
     max_residual: float
 
 
-class _Filter(NamedTuple):
-    """Numbers of ``MoverTracksConfig`` that the compiled filter depends on, and its step [s]."""
-
-    gate: float
-    radius_gate: float
-    velocity_gain: float
-    coasting_scans: int
-    dt: float
-
-
-_X, _Y, _VX, _VY, _RADIUS, _SEEN, _MISSED = range(7)
-"""Columns of a track: centre [m], velocity [m/s], radius [m], number of scans that saw it, and of
-scans since the last of these."""
-
-
-class MoverTracks:
+class CircleTracks:
     """Follows the circles in the scans of one robot.
 
     Attributes:
@@ -99,7 +69,7 @@ class MoverTracks:
     """
 
     def __init__(
-        self, lidar: PlanarLidarConfig, period: float, config: MoverTracksConfig | None = None
+        self, lidar: PlanarLidarConfig, period: float, config: CircleTracksConfig | None = None
     ) -> None:
         """Begin without tracks.
 
@@ -108,7 +78,7 @@ class MoverTracks:
             period: Time between two scans [s].
             config: Settings.
         """
-        self.config = config = config or MoverTracksConfig()
+        self.config = config = config or CircleTracksConfig()
         self._mount = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
         self._bearings = lidar.bearings
         max_range = min(config.max_range, lidar.max_range * _NEARLY)
@@ -119,14 +89,14 @@ class MoverTracks:
             *config.radius_range,
             config.max_residual,
         )
-        self._filter = _Filter(
+        law = TrackLaw(
             config.gate, config.radius_gate, config.velocity_gain, config.coasting_scans, period
         )
-        self.reset()
+        self._tracks = MoverTracks(law, config.confirmation_scans, config.min_speed)
 
     def reset(self) -> None:
         """Forget all tracks."""
-        self._tracks = np.zeros((0, 7))
+        self._tracks.reset()
 
     def update(self, pose: LaserPose, ranges: NDArray[np.float64]) -> TrackedMovers:
         """Take a scan, and return what moves.
@@ -138,11 +108,7 @@ class MoverTracks:
         """
         eye = self._mount.on(pose)
         circles = circles_of(np.asarray(ranges, dtype=np.float64), self._bearings, eye, self._fit)
-        self._tracks = _followed(self._tracks, circles, self._filter)
-        tracks, config = self._tracks, self.config
-        is_moving = np.hypot(tracks[:, _VX], tracks[:, _VY]) >= config.min_speed
-        moving = tracks[is_moving & (tracks[:, _SEEN] >= config.confirmation_scans)]
-        return TrackedMovers(moving[:, : _Y + 1], moving[:, _VX : _VY + 1], moving[:, _RADIUS])
+        return self._tracks.update(circles)
 
 
 _NEARLY = 1 - 1e-4
@@ -234,48 +200,3 @@ def _circle(
     if squares > n * fit.max_residual * fit.max_residual:
         return 0.0, 0.0, 0.0
     return mx + u, my + v, radius
-
-
-@kernel
-def _followed(
-    tracks: NDArray[np.float64], circles: NDArray[np.float64], law: _Filter
-) -> NDArray[np.float64]:
-    """Return tracks after a scan, the longest followed first, shape (k, 7).
-
-    Args:
-        tracks: Tracks before it, shape (j, 7).
-        circles: Circles of the scan, shape (c, 3).
-        law: Gains and gates.
-    """
-    followed = np.zeros((len(tracks) + len(circles), 7))
-    is_taken = np.zeros(len(circles), dtype=np.bool_)
-    size = 0
-    for track in tracks:
-        x, y = track[_X] + track[_VX] * law.dt, track[_Y] + track[_VY] * law.dt
-        nearest, which = law.gate, -1
-        for c in range(len(circles)):
-            away = np.hypot(circles[c, 0] - x, circles[c, 1] - y)
-            alike = abs(circles[c, 2] - track[_RADIUS]) < law.radius_gate
-            if not is_taken[c] and alike and away < nearest:
-                nearest, which = away, c
-        if which < 0 and track[_MISSED] >= law.coasting_scans:
-            continue
-        new = followed[size]
-        size += 1
-        new[:] = track
-        new[_X], new[_Y], new[_MISSED] = x, y, track[_MISSED] + 1.0
-        if which >= 0:
-            is_taken[which] = True
-            seen = track[_SEEN]
-            share = max(1.0 / seen, law.velocity_gain) / ((track[_MISSED] + 1.0) * law.dt)
-            new[_VX] += share * (circles[which, 0] - x)
-            new[_VY] += share * (circles[which, 1] - y)
-            new[_X], new[_Y] = circles[which, 0], circles[which, 1]
-            new[_RADIUS] += (circles[which, 2] - track[_RADIUS]) / (seen + 1.0)
-            new[_SEEN], new[_MISSED] = seen + 1.0, 0.0
-    for c in range(len(circles)):
-        if not is_taken[c]:
-            followed[size, _X], followed[size, _Y] = circles[c, 0], circles[c, 1]
-            followed[size, _RADIUS], followed[size, _SEEN] = circles[c, 2], 1.0
-            size += 1
-    return followed[:size].copy()

@@ -51,6 +51,7 @@ class WallPerception(CloudPerception):
     def __init__(self):
         self.assembler = CloudAssembler(CloudAssemblyConfig(), 0.7)
         self._layers = None
+        self.movers = None
 
     def reset(self):
         """Gather a cloud anew."""

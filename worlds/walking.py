@@ -224,7 +224,7 @@ def _walk(
 
     Args:
         state: Walkers, changed in place.
-        agents: What those with a behaviour want.
+        agents: Traits and intentions of those with a behaviour.
         solids: Solids that may be met.
         nearby: Those near each agent.
         dt: Period of a tick [s].

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from andabata.assembly import controllers
 from andabata.assembly.controllers import (
     CONTROLLERS,
     MAPLESS_CONTROLLERS,
@@ -24,6 +25,7 @@ from andabata.navigation.policy_controller import PolicyController
 from andabata.navigation.reactive import ReactiveController, StraightController
 from rl.policy import with_info
 from tests.support.situations import situation
+from worlds.world import MapDatum
 
 CONFIG = SimulatedRobotConfig(robot=RobotModel(speed=0.4))
 KINDS = {
@@ -120,3 +122,14 @@ def test_the_oracle_alone_drives_a_robot_that_knows_its_pose():
     sigmas = robot.errors.position_sigma, robot.errors.yaw_sigma, robot.errors.tilt_sigma
     assert sigmas == (0.0, 0.0, 0.0)
     assert (robot.robot, robot.rollouts) == (CONFIG.robot, CONFIG.rollouts)
+
+
+def test_a_prior_map_is_read_around_the_world_that_is_driven(make_scene, monkeypatch):
+    """A planner looks for its elevation model where the world lies on Earth."""
+    datum = MapDatum(latitude_deg=46.0, longitude_deg=7.7, altitude=1200.0)
+    world, asked = replace(make_scene().world, datum=datum), []
+    monkeypatch.setattr(controllers, "make_prior_map", lambda config, _: asked.append(config))
+    make_steering("planner", world, CONFIG)
+    make_steering("planner", None, CONFIG)
+    places = [each.sensing.geo_reference.latitude_deg for each in asked]
+    assert places == [46.0, CONFIG.sensing.geo_reference.latitude_deg]

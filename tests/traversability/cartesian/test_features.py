@@ -50,6 +50,19 @@ def test_a_step_shows_where_the_windows_cross_it_alone():
     assert (values[np.abs(middle - 2.0) > 1.0, column("step_wide")] < 2e-3).all()
 
 
+def test_a_kerb_is_a_ledge_along_its_edge_and_nowhere_else():
+    """A step of 8 cm has its height in the cells that it crosses; level ground has none."""
+    cells, values = described(sheet(lambda x, y: np.where(x > 2.1, 0.08, 0.0)))
+    middle = 0.2 * cells + 0.1
+    inside = np.abs(middle[:, 1]) < 1.5
+    for name in ("ledge", "ledge_both"):
+        heights = values[:, column(name)]
+        assert heights[inside & (np.abs(middle[:, 0] - 2.1) < 0.05)] == pytest.approx(
+            0.08, abs=5e-3
+        )
+        assert (heights[np.abs(middle[:, 0] - 2.1) > 1.0] == 0.0).all()
+
+
 def test_a_trunk_stands_out_of_its_own_cells_alone():
     """Its cells have its height, those beside keep a level plane."""
     cells, values = described(np.concatenate([sheet(flat), trunk(2.1, 1.1)]))

@@ -57,7 +57,7 @@ class GeoReference(BaseModel):
     def to_map(self, geodetic: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return map coordinates [m] of latitudes, longitudes [deg] and altitudes [m], (n, 3)."""
         origin, axes = self._frame
-        return (_earth(geodetic) - origin) @ axes
+        return _rotated(_earth(geodetic) - origin, axes)
 
     def to_geodetic(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return latitude, longitude [deg] and altitude [m] of map points [m], shape (n, 3).
@@ -65,7 +65,7 @@ class GeoReference(BaseModel):
         Source: Bowring 1985, closed form; within a micrometre up to 10 km of altitude.
         """
         origin, axes = self._frame
-        x, y, z = (np.asarray(points) @ axes.T + origin).T
+        x, y, z = (_rotated(np.asarray(points), axes.T) + origin).T
         b = _A * np.sqrt(1 - _E2)
         outward = np.hypot(x, y)
         angle = np.arctan2(z * _A, outward * b)
@@ -119,6 +119,17 @@ def _map_frame(
     s, c, sl, cl = np.sin(north), np.cos(north), np.sin(east), np.cos(east)
     axes = np.array([[-sl, -s * cl, c * cl], [cl, -s * sl, c * sl], [0.0, c, s]])
     return _earth(np.array([[latitude_deg, longitude_deg, altitude]]))[0], axes
+
+
+def _rotated(points: NDArray[np.float64], rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``points @ rotation``, shape (n, 3), each row to the bit as if it stood alone.
+
+    A matrix product rounds by the number of its rows and by the processor: a fix would move by its
+    last bit because another one came with it.
+    """
+    parts = points[:, :, None] * rotation
+    total: NDArray[np.float64] = parts[:, 0] + parts[:, 1] + parts[:, 2]
+    return total
 
 
 def _earth(geodetic: NDArray[np.float64]) -> NDArray[np.float64]:

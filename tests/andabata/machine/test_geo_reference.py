@@ -90,3 +90,14 @@ def test_longitudes_from_0_to_360_are_understood():
     assert wrapped_longitude(279.46) == pytest.approx(-80.54)
     assert wrapped_longitude(-4.478) == -4.478
     assert wrapped_longitude(180.0) == 180.0
+
+
+def test_a_place_is_the_same_alone_and_among_others():
+    """To the bit, both ways: what comes with a fix does not move it."""
+    reference = GeoReference()
+    points = np.random.default_rng(3).uniform(-300, 300, (200, 3))
+    geodetic = reference.to_geodetic(points)
+    there = reference.to_map(geodetic)
+    for k in range(len(points)):
+        assert np.array_equal(reference.to_geodetic(points[k : k + 1])[0], geodetic[k])
+        assert np.array_equal(reference.to_map(geodetic[k : k + 1])[0], there[k])

@@ -94,8 +94,8 @@ def all_prices(plan, rollouts, rate=0.0, position=ORIGIN, yaw=0.0):
     """Return the costs of all moves [m], shape (arcs + turns + arcs backwards,), and select one."""
     rollouts._candidates.rates[0] = executed_twist(Twist(SPEED, rate), ROBOT).angular
     place = Place(*(np.asarray(position) - plan.corner) / CELL, yaw)
-    rollouts._price(plan, CELL, place, rollouts._body, -np.inf)
-    found = rollouts._prices.copy()
+    moves, nobody = rollouts._candidates, rollouts._nobody
+    found = rollouts._price(plan, CELL, place, rollouts._body, -np.inf, moves, nobody).copy()
     chosen(plan, rate, position, yaw, rollouts)
     return found
 

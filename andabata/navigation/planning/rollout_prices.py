@@ -239,13 +239,22 @@ def _price_arc(
     which: int,
     enough: float,
 ) -> float:
-    """Return the cost of the cheapest way that begins with an arc [m], infinite from enough on."""
+    """Return the cost of the cheapest way that begins with an arc [m], infinite from enough on.
+
+    Who stands still drives on after an arc's time, or stands for as long as rollouts look ahead.
+    """
     stride = motion.stride * moves.scales[which]
     arc = _drive(motion, ground, place, body, moves.rates[which], stride)
     if arc.is_goal:
         return arc.cost
     at = _Begin(arc.place, arc.cost, motion.points)
-    return _cheapest_follower(moves.after_arc, motion, ground, at, body, enough)
+    price = _cheapest_follower(moves.after_arc, motion, ground, at, body, enough)
+    if stride == 0.0:
+        points = motion.points + moves.after_arc.shape[1]
+        longer = RolloutMotion(points, motion.stride, motion.time)
+        arc = _drive(longer, ground, place, body, 0.0, 0.0)
+        price = min(price, arc.cost + _rest_from(ground, arc.place, enough - arc.cost))
+    return price
 
 
 @kernel
@@ -287,11 +296,16 @@ def _price_reverse(
     arc = _drive(motion, ground, place, body, rate, -motion.stride)
     if arc.is_goal:
         return arc.cost
-    x, y, search, cell = arc.place.x, arc.place.y, ground.search, ground.cell
+    return arc.cost + _rest_from(ground, arc.place, enough - arc.cost)
+
+
+@kernel
+def _rest_from(ground: PlannedGround, place: Place, enough: float) -> float:
+    """Return the cost of the way on from a place [m]; above enough it is only a bound."""
+    x, y, search, cell = place.x, place.y, ground.search, ground.cell
     end = _cell_of(x, y, len(ground.costs))
-    settle(search, end, (enough - arc.cost) / cell, _MARGIN / cell)
-    rest = _rest(search.cost_to_go[end], ground.goal_x - x, ground.goal_y - y, cell)
-    return arc.cost + rest
+    settle(search, end, enough / cell, _MARGIN / cell)
+    return _rest(search.cost_to_go[end], ground.goal_x - x, ground.goal_y - y, cell)
 
 
 class _Begin(NamedTuple):

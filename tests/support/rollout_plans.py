@@ -9,7 +9,7 @@ from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.cost_map import CostConfig, CostWeights
 from andabata.navigation.planning.cost_to_go import search_for
 from andabata.navigation.planning.local_planner import LocalPlanner
-from andabata.navigation.planning.rollout_prices import Place
+from andabata.navigation.planning.rollout_inputs import Place
 from andabata.navigation.planning.trajectory_rollouts import (
     TrajectoryRollouts,
     TrajectoryRolloutsConfig,

@@ -28,6 +28,7 @@ from andabata.evaluation.trial import OffroadAttempt, run_trial
 from andabata.machine.lidar_models import sensor_settings
 from andabata.machine.planar.mover_contact import Contact
 from andabata.models import Models
+from andabata.navigation.mover_perception import MoverPerceptionConfig
 from andabata.tasks.terminations import Outcome
 from worlds.scenes import SceneCache
 from worlds.world import choose_task
@@ -87,8 +88,8 @@ def drive_arms(
     driven = {}
     for arm in arms:
         robot = config.simulated_robot
-        if arm != UNAWARE and robot.movers is None:
-            robot = type(robot).model_validate(robot.model_dump() | {"movers": {}})
+        movers = robot.movers or MoverPerceptionConfig()
+        robot = robot.model_copy(update={"movers": None if arm == UNAWARE else movers})
         steering = make_steering(_CONTROLLER, scene.world, robot, models)
         simulated_robot = SimulatedRobot(scene, robot, models, steering)
         if arm == TRUTH:

@@ -62,7 +62,9 @@ class TrueMovers(MoverPerception):
             moved = (rows[:, :2] - self._places) / (readings.stamp - self._then)
             velocities = moved @ rotation.T
         self._places, self._then = rows[:, :2].copy(), readings.stamp
-        there = rows[:, 3] > 0
+        # Who stands is an obstacle like any other, for tracks, too.
+        least = self.config.frames.min_speed
+        there = (rows[:, 3] > 0) & (np.hypot(*velocities.T) >= least)
         zeros = np.zeros(int(there.sum()))
         numbers = np.flatnonzero(there).astype(np.float64)
         self.movers = TrackedMovers(
@@ -81,7 +83,7 @@ class TrueMovers(MoverPerception):
         centre = np.floor(self._localizer.odometry.position[:2] / free.cell)
         steps = np.arange(-half, half)
         is_under = np.zeros((2 * half, 2 * half), dtype=np.bool_)
-        for _, discs in list(self._been)[::3]:
+        for _, discs in list(self._been)[::-3]:
             for x, y, radius in discs:
                 across = (centre[0] + steps + 0.5) * free.cell - x
                 along = (centre[1] + steps + 0.5) * free.cell - y

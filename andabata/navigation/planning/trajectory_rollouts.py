@@ -22,16 +22,15 @@ from andabata.navigation.arrival import ARRIVAL_DISTANCE
 from andabata.navigation.mover_forecast import MoverForecast, MoverForecastConfig, forecast_of
 from andabata.navigation.mover_tracks import TrackedMovers
 from andabata.navigation.planning.grid_planner import GridPlanner
-from andabata.navigation.planning.rollout_prices import (
-    STEP,
+from andabata.navigation.planning.rollout_inputs import (
     BodyCircles,
     Candidates,
     Place,
     PlannedGround,
     RolloutMotion,
     Stops,
-    price_moves,
 )
+from andabata.navigation.planning.rollout_prices import STEP, price_moves
 from terrain.kernel import kernel
 
 _STAY_RADIUS = 2.5

@@ -107,7 +107,7 @@ def test_tracks_that_cannot_be_change_nothing(speed):
 def test_waiting_is_no_loss_of_the_way():
     """Who waits for a mover does not begin to keep less clearance."""
     rollouts, plan = rollouts_of(no_progress_time=2.0), corridor(0.6)
-    blocked = mover((0.9, -0.3), (0.0, 0.0))
+    blocked = mover((1.6, 0.0), (0.0, 0.0))
     for _ in range(20):
         command = rollouts.select(plan, CELL, np.zeros(2), 0.0, 0.0, blocked)
     assert command == Twist(0.0, 0.0)

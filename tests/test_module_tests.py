@@ -56,6 +56,9 @@ TESTED_BY = {
     "andabata/localization/ukf_config": "tests/andabata/localization/test_ukf_localizer.py",
     "andabata/machine/fault_signals": "tests/andabata/machine/test_fault_injector.py",
     "andabata/machine/planar/motion": "tests/andabata/machine/planar/test_vehicle.py",
+    "andabata/navigation/planning/rollout_inputs": (
+        "tests/andabata/navigation/planning/test_rollout_prices.py"
+    ),
     "andabata/navigation/planar/catalogue": "tests/andabata/navigation/planar/test_navigators.py",
     "andabata/records/containers/container": f"{CONTAINERS}test_rosbag1_file.py",
     "andabata/records/containers/mcap_copy": "tests/andabata/records/test_salvage.py",

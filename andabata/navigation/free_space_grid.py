@@ -168,6 +168,59 @@ class FreeSpaceGrid:
         cells = _left(self._grid.values, self._grid.centre, earliest)
         return np.asarray((cells + 0.5) * self.config.cell, dtype=np.float64)
 
+    def cells_that_came(self, trails: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the middles of the cells along trails where something came that was not there [m].
+
+        What stood there before is never among them.
+
+        Args:
+            trails: Ends of each trail and the distance from it that counts: x, y, x, y, distance
+                [m], shape (k, 5).
+
+        Returns:
+            Places, shape (c, 2).
+        """
+        config = self.config
+        earliest = self._newest - config.parking_time
+        values, centre = self._grid.values, self._grid.centre
+        cells = _came_along(values, centre, trails / config.cell, earliest)
+        return np.asarray((cells + 0.5) * config.cell, dtype=np.float64)
+
+
+@kernel
+def _came_along(
+    values: NDArray[np.float32],
+    centre: NDArray[np.int64],
+    trails: NDArray[np.float64],
+    earliest: float,
+) -> NDArray[np.int64]:
+    """Return the cells along trails that something came to after a stamp, shape (c, 2)."""
+    n, count = len(values), 0
+    cells = np.empty((n * n, 2), dtype=np.int64)
+    if not len(trails):
+        return cells[:0].copy()
+    for i in range(centre[0] - n // 2, centre[0] + n // 2):
+        for j in range(centre[1] - n // 2, centre[1] + n // 2):
+            came = values[i & (n - 1), j & (n - 1), _CAME]
+            if came > 0.0 and came > earliest and _is_along(i + 0.5, j + 0.5, trails):
+                cells[count, 0], cells[count, 1] = i, j
+                count += 1
+    return cells[:count].copy()
+
+
+@borrowing_kernel
+def _is_along(x: float, y: float, trails: NDArray[np.float64]) -> bool:
+    """Return True for a place on one of the trails."""
+    for k in range(len(trails)):
+        dx, dy = trails[k, 2] - trails[k, 0], trails[k, 3] - trails[k, 1]
+        square = dx * dx + dy * dy
+        along = ((x - trails[k, 0]) * dx + (y - trails[k, 1]) * dy) / square if square > 0 else 0.0
+        along = min(max(along, 0.0), 1.0)
+        away = np.hypot(trails[k, 0] + along * dx - x, trails[k, 1] + along * dy - y)
+        if away <= trails[k, 4]:
+            return True
+    return False
+
 
 @kernel
 def _left(

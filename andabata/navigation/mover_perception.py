@@ -89,6 +89,7 @@ class MoverPerceptionConfig(BaseModel):
         guard_movers: Fewest detections in a turn of the laser for everything to move.
         guard_share: Share of what came in the returns above which everything moves: the pose has
             jumped, and nothing is believed.
+        max_reach: Largest doubt within which what came belongs to a mover, and not to the map [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -102,6 +103,7 @@ class MoverPerceptionConfig(BaseModel):
     settling_time: float = Field(default=0.06, ge=0)
     guard_movers: int = Field(default=6, ge=1)
     guard_share: float = Field(default=0.5, gt=0, lt=1)
+    max_reach: float = Field(default=0.5, ge=0)
 
 
 class _Look(NamedTuple):
@@ -167,7 +169,7 @@ class MoverPerception:
     def reset(self) -> None:
         """Forget everything."""
         self.jumps = 0
-        self._stamp = -np.inf
+        self._stamp, self._is_turning = -np.inf, False
         self._forget()
 
     def _forget(self) -> None:
@@ -188,6 +190,7 @@ class MoverPerception:
         stamp, config = readings.stamp, self.config
         scans = (stamp - self._stamp) / self._period if np.isfinite(self._stamp) else 1.0
         self._stamp = stamp
+        self._is_turning = readings.sweeps is not None
         if readings.sweeps is not None:
             self._take(self._rays.of_sweeps(readings.sweeps, track), stamp)
             # What the plane has passed by now, and had not at the last step.
@@ -200,9 +203,20 @@ class MoverPerception:
             self._follow(self._frames, 0.0, _ANY_TIME, config.frames, share)
 
     @property
-    def left_places(self) -> NDArray[np.float64]:
-        """Middles of the cells of free space that something has left [m], shape (k, 2)."""
-        return self._grid.left_places()
+    def transient_places(self) -> NDArray[np.float64]:
+        """Middles of the cells that no map is to keep [m], shape (k, 2).
+
+        They are those of free space that something has left, and those to which a believed mover
+        came: where it is and, with a laser that looks again after seconds only, where it was since.
+        Rollouts pay for the mover itself.
+        """
+        movers, config = self.movers, self.config
+        span = config.turning.turn_time if self._is_turning else config.frames.turn_time
+        begins = movers.places - span * movers.velocities
+        reach = movers.radii + config.free_space.cell + np.minimum(movers.doubts, config.max_reach)
+        trails = np.column_stack([begins, movers.places, reach])
+        came = self._grid.cells_that_came(np.ascontiguousarray(trails))
+        return np.concatenate([self._grid.left_places(), came])
 
     def _take(self, rays: Rays | None, stamp: float) -> None:
         """Take beams into the grid, and keep their returns."""

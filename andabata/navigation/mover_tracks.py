@@ -103,10 +103,12 @@ class MoverTracks:
         """Take the detections of a scan, and return what moves.
 
         Args:
-            discs: x, y, radius of the detections [m], shape (c, 3).
+            discs: x, y, radius of the detections [m], shape (c, 3); those that are not finite are
+                left out.
             scans: Time since the last call, in periods of a scan.
         """
         law = self.law
+        discs = discs[np.isfinite(discs).all(axis=1)]
         self._tracks, self._begun = _followed(self._tracks, discs, law, scans, self._begun)
         tracks = self._tracks
         is_moving = np.hypot(tracks[:, _VX], tracks[:, _VY]) >= self._min_speed

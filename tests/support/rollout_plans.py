@@ -9,7 +9,7 @@ from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.cost_map import CostConfig, CostWeights
 from andabata.navigation.planning.cost_to_go import search_for
 from andabata.navigation.planning.local_planner import LocalPlanner
-from andabata.navigation.planning.rollout_prices import Place
+from andabata.navigation.planning.rollout_inputs import Place
 from andabata.navigation.planning.trajectory_rollouts import (
     TrajectoryRollouts,
     TrajectoryRolloutsConfig,
@@ -94,8 +94,8 @@ def all_prices(plan, rollouts, rate=0.0, position=ORIGIN, yaw=0.0):
     """Return the costs of all moves [m], shape (arcs + turns + arcs backwards,), and select one."""
     rollouts._candidates.rates[0] = executed_twist(Twist(SPEED, rate), ROBOT).angular
     place = Place(*(np.asarray(position) - plan.corner) / CELL, yaw)
-    rollouts._price(plan, CELL, place, rollouts._body, -np.inf)
-    found = rollouts._prices.copy()
+    moves, nobody = rollouts._candidates, rollouts._nobody
+    found = rollouts._price(plan, CELL, place, rollouts._body, -np.inf, moves, nobody).copy()
     chosen(plan, rate, position, yaw, rollouts)
     return found
 

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.navigation.mover_forecast import mover_offset
 from andabata.navigation.mover_tracks import TrackedMovers
 from andabata.navigation.planar.circle_tracks import CircleTracks, CircleTracksConfig
 from andabata.navigation.planar.clearance_field import (
@@ -225,8 +226,7 @@ def _clear(
         if arc[0] > 0.0 and clearance_at(x, y, field) < law.radius + law.margin:
             return look - 1
         for m in range(len(movers.radii)):
-            dx = movers.places[m, 0] + time * movers.velocities[m, 0] - x
-            dy = movers.places[m, 1] + time * movers.velocities[m, 1] - y
+            dx, dy = mover_offset(movers.places, movers.velocities, m, time, x, y)
             reach = law.radius + movers.radii[m] + law.mover_margin
             if dx * dx + dy * dy < reach * reach:
                 return look - 1

@@ -19,6 +19,7 @@ from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
 from andabata.navigation.arrival import ARRIVAL_DISTANCE
 from andabata.navigation.controller import ControllerInput
+from andabata.navigation.mover_tracks import TrackedMovers
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from andabata.navigation.planning.cost_map import CostConfig, CostWeights, Passage
 from andabata.navigation.planning.geofence_bounds import EVERYWHERE, geofence_in_odom
@@ -138,6 +139,7 @@ class LocalPlanner:
         self._subgoal: NDArray[np.float64] | None = None
         self._planned_for = np.full(2, np.inf)
         self._geofence = EVERYWHERE
+        self._movers: TrackedMovers | None = None
         self.target: NDArray[np.float64] = np.zeros(2)
 
     def guide(self, situation: ControllerInput, layers: CartesianLayers | None) -> ControllerInput:
@@ -154,6 +156,9 @@ class LocalPlanner:
         position, yaw = odometry.position[:2], odometry.yaw
         if layers is not None and self._scans % self.config.occupancy.update_every == 0:
             layers.update(position)
+        self._movers = None
+        if layers is not None and layers.movers is not None:
+            self._movers = layers.movers.movers
         self.keep_inside(situation.geofence, situation.pose, odometry)
         odds, goal_distance = scan.log_odds_of(self._grid), situation.goal_distance
         bearing = self.bearing(odds, position, yaw, situation.heading_error, goal_distance, layers)
@@ -168,7 +173,7 @@ class LocalPlanner:
             return command
         odometry, cell = situation.odometry, self.config.occupancy.cell
         position, yaw = odometry.position[:2], odometry.yaw
-        return self._rollouts.select(self.plan, cell, position, yaw, command.angular)
+        return self._rollouts.select(self.plan, cell, position, yaw, command.angular, self._movers)
 
     def keep_inside(
         self, geofence: Geofence | None, pose: Pose | None = None, odometry: Pose | None = None

@@ -103,8 +103,8 @@ class OccupancyGrid:
             *(self._polar, self._gains, ground, is_measured),
         )
         if layers is not None and layers.movers is not None:
-            # What clouds still show of movers that have left is not there any more.
-            vacate(self.log_odds, self.centre, layers.movers.left_places, config.cell)
+            # What moves is no wall, and what clouds still show of it where it was is not there.
+            vacate(self.log_odds, self.centre, layers.movers.transient_places, config.cell)
         if layers is not None:
             self._raise_low_obstacles(layers.low_obstacles, ground)
 

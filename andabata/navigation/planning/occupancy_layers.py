@@ -83,12 +83,12 @@ def vacate(
     places: NDArray[np.float64],
     cell: float,
 ) -> None:
-    """Take obstacles out of the cells that something has left.
+    """Take obstacles out of the cells of what moves, or has left.
 
     Args:
         log_odds: Log odds, wrapped around, changed in place, shape (n, n).
         centre: Cell of the robot, shape (2,).
-        places: Places that were left, in ``odom`` [m], shape (k, 2).
+        places: Places of these cells, in ``odom`` [m], shape (k, 2).
         cell: Edge of a cell [m].
     """
     n = len(log_odds)

@@ -1,7 +1,8 @@
 """Prices of rollouts: what the cheapest way costs that begins with an arc or a turn.
 
 Rollouts are cut short where they cannot win: what a way has cost, its length and the plan's cost of
-the rest are a bound that needs no simulation.
+the rest are a bound that needs no simulation. What moves costs by time: where it is expected when
+the robot gets there.
 """
 
 from typing import NamedTuple
@@ -9,7 +10,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.navigation.planning.cost_to_go import Search, is_settled, settle
+from andabata.navigation.mover_forecast import mover_price
+from andabata.navigation.planning.cost_to_go import is_settled, settle
+from andabata.navigation.planning.rollout_inputs import (
+    BodyCircles,
+    Candidates,
+    Place,
+    PlannedGround,
+    RolloutMotion,
+    Stops,
+)
 from terrain.kernel import kernel
 
 STEP = 0.2
@@ -26,111 +36,6 @@ _CONTACT = 1e4
 
 _ROUNDING = 1e-3
 """Cost that bounds stay below what they bound, so that rounding cannot choose [m]."""
-
-
-class Candidates(NamedTuple):
-    """First moves among which the cheapest is selected.
-
-    Attributes:
-        rates: Yaw rates of arcs [rad/s], the controller's command first, shape (a,).
-        turns: Angles of turns on the spot [rad], shape (t,).
-        reverse_rates: Yaw rates of arcs backwards [rad/s], shape (r,).
-        after_arc: Arcs that may follow an arc, in its end's frame: x, y [m], heading [rad], shape
-            (k, m, 3).
-        after_turn: Arcs that may follow a turn: longer, so that both look equally far ahead.
-    """
-
-    rates: NDArray[np.float64]
-    turns: NDArray[np.float64]
-    reverse_rates: NDArray[np.float64]
-    after_arc: NDArray[np.float64]
-    after_turn: NDArray[np.float64]
-
-
-class RolloutMotion(NamedTuple):
-    """Sampling of an arc.
-
-    Attributes:
-        points: Number of points.
-        stride: Distance between two [m].
-        time: Time between two [s].
-    """
-
-    points: int
-    stride: float
-    time: float
-
-
-class PlannedGround(NamedTuple):
-    """What the plan knows around the robot; see ``GridPlanner``.
-
-    Attributes:
-        costs: Cost of a cell's length, float32, shape (n, n).
-        clearance: Clearance [cells], float32, shape (n, n).
-        traversed_clearance: Clearance, more where the robot came through [cells], shape (n, n).
-        search: Search of the cost of the rest of the way [cells].
-        cell: Edge of a cell [m].
-        goal_x: Goal in the square [cells].
-        goal_y: Goal in the square [cells].
-        goal_radius: Distance from the goal at which a rollout ends [cells].
-    """
-
-    costs: NDArray[np.float32]
-    clearance: NDArray[np.float32]
-    traversed_clearance: NDArray[np.float32]
-    search: Search
-    cell: float
-    goal_x: float
-    goal_y: float
-    goal_radius: float
-
-
-class BodyCircles(NamedTuple):
-    """Body of the robot as circles, and what its moves cost.
-
-    Attributes:
-        radius: Radius of the two circles that cover the body that drives, with margin [m].
-        offset: Distance of their middles before and behind the robot's [m].
-        swing_radius: Radius of the circle that the turning body sweeps, with margin [m].
-        cost_share: Share of the plan's extra costs that counts.
-        turn_cost: Cost of turning on the spot [m/rad].
-    """
-
-    radius: float
-    offset: float
-    swing_radius: float
-    cost_share: float
-    turn_cost: float
-
-
-class Place(NamedTuple):
-    """A pose in the square of the plan.
-
-    Attributes:
-        x: Position [cells].
-        y: Position [cells].
-        yaw: Heading [rad].
-    """
-
-    x: float
-    y: float
-    yaw: float
-
-
-class Stops(NamedTuple):
-    """Costs of moves that begin with a stop.
-
-    Attributes:
-        turning: Yaw rate of the turn on the spot that the robot is in, 0 for none [rad/s].
-        turn_cost: Cost of beginning a turn [m]; turning back begins another.
-        reverse_cost: Cost of backing out [m].
-        override_margin: Cost by which a move has to be cheaper than the first arc to matter [m].
-    """
-
-    turning: float
-    turn_cost: float
-    reverse_cost: float
-    override_margin: float
 
 
 @kernel
@@ -161,7 +66,7 @@ def price_moves(
     arcs, turns = len(moves.rates), len(moves.rates) + len(moves.turns)
     for k in range(len(prices)):
         if k < arcs:
-            price = _price_arc(moves, motion, ground, place, body, moves.rates[k], enough)
+            price = _price_arc(moves, motion, ground, place, body, k, enough)
         elif k < turns:
             turn = moves.turns[k - arcs]
             stop = stops.turn_cost if turn * stops.turning <= 0 else 0.0
@@ -199,12 +104,15 @@ def _drive(
     rate: float,
     stride: float,
 ) -> _Arc:
-    """Return the end of an arc of some yaw rate, backwards where the stride is negative."""
+    """Return the end of an arc of some yaw rate, backwards where the stride is negative.
+
+    Its cost is that of its time: the same for an arc that leads farther, and for standing still.
+    """
     x, y, yaw = place
     cell = ground.cell
     driven = missing = 0.0
     is_goal = False
-    for _ in range(motion.points):
+    for k in range(motion.points):
         middle = yaw + rate * motion.time / 2
         x, y = x + stride * np.cos(middle) / cell, y + stride * np.sin(middle) / cell
         yaw += rate * motion.time
@@ -213,6 +121,8 @@ def _drive(
             break
         driven += motion.stride * _rate_at(ground.costs, body.cost_share, x, y)
         missing += _missing(ground.traversed_clearance, cell, body, x, y, yaw)
+        if len(ground.movers.radii):
+            driven += _price_movers(ground, body, Place(x, y, yaw), (k + 1, motion.time))
     return _Arc(Place(x, y, yaw), driven + _CONTACT * missing, is_goal)
 
 
@@ -223,14 +133,25 @@ def _price_arc(
     ground: PlannedGround,
     place: Place,
     body: BodyCircles,
-    rate: float,
+    which: int,
     enough: float,
 ) -> float:
-    """Return the cost of the cheapest way that begins with an arc [m], infinite from enough on."""
-    arc = _drive(motion, ground, place, body, rate, motion.stride)
+    """Return the cost of the cheapest way that begins with an arc [m], infinite from enough on.
+
+    Who stands still drives on after an arc's time, or stands for as long as rollouts look ahead.
+    """
+    stride = motion.stride * moves.scales[which]
+    arc = _drive(motion, ground, place, body, moves.rates[which], stride)
     if arc.is_goal:
         return arc.cost
-    return _cheapest_follower(moves.after_arc, motion, ground, arc.place, body, arc.cost, enough)
+    at = _Begin(arc.place, arc.cost, motion.points)
+    price = _cheapest_follower(moves.after_arc, motion, ground, at, body, enough)
+    if stride == 0.0:
+        points = motion.points + moves.after_arc.shape[1]
+        longer = RolloutMotion(points, motion.stride, motion.time)
+        arc = _drive(longer, ground, place, body, 0.0, 0.0)
+        price = min(price, arc.cost + _rest_from(ground, arc.place, enough - arc.cost))
+    return price
 
 
 @kernel
@@ -249,7 +170,14 @@ def _price_turn(
     missing = motion.points * max(body.swing_radius - swept, 0.0) ** 2
     cost = body.turn_cost * abs(turn) + _CONTACT * missing
     turned = Place(place.x, place.y, place.yaw + turn)
-    return _cheapest_follower(moves.after_turn, motion, ground, turned, body, cost, enough)
+    points = int(np.ceil(abs(turn) / (body.turn_rate * motion.time)))
+    if len(ground.movers.radii):
+        for k in range(points):
+            u, v, time = place.x * ground.cell, place.y * ground.cell, (k + 1) * motion.time
+            price = mover_price(u, v, (0.0, 0.0), body.swing_radius, time, ground.movers)
+            cost += motion.time * price
+    at = _Begin(turned, cost, points)
+    return _cheapest_follower(moves.after_turn, motion, ground, at, body, enough)
 
 
 @kernel
@@ -265,11 +193,30 @@ def _price_reverse(
     arc = _drive(motion, ground, place, body, rate, -motion.stride)
     if arc.is_goal:
         return arc.cost
-    x, y, search, cell = arc.place.x, arc.place.y, ground.search, ground.cell
+    return arc.cost + _rest_from(ground, arc.place, enough - arc.cost)
+
+
+@kernel
+def _rest_from(ground: PlannedGround, place: Place, enough: float) -> float:
+    """Return the cost of the way on from a place [m]; above enough it is only a bound."""
+    x, y, search, cell = place.x, place.y, ground.search, ground.cell
     end = _cell_of(x, y, len(ground.costs))
-    settle(search, end, (enough - arc.cost) / cell, _MARGIN / cell)
-    rest = _rest(search.cost_to_go[end], ground.goal_x - x, ground.goal_y - y, cell)
-    return arc.cost + rest
+    settle(search, end, enough / cell, _MARGIN / cell)
+    return _rest(search.cost_to_go[end], ground.goal_x - x, ground.goal_y - y, cell)
+
+
+class _Begin(NamedTuple):
+    """Begin of the arcs that follow a first move.
+
+    Attributes:
+        place: Pose at its end.
+        price: Cost of it [m].
+        points: Number of points that it took.
+    """
+
+    place: Place
+    price: float
+    points: int
 
 
 @kernel
@@ -277,9 +224,8 @@ def _cheapest_follower(
     followers: NDArray[np.float64],
     motion: RolloutMotion,
     ground: PlannedGround,
-    place: Place,
+    at: _Begin,
     body: BodyCircles,
-    price: float,
     enough: float,
 ) -> float:
     """Return the cost [m] of a first move with the cheapest arcs that may follow it.
@@ -288,11 +234,11 @@ def _cheapest_follower(
         followers: Arcs, see ``Candidates``.
         motion: Sampling of an arc.
         ground: Plan around the robot.
-        place: Pose at the end of the first move.
+        at: End of the first move.
         body: BodyCircles of the robot.
-        price: Cost of the first move [m].
         enough: Cost [m] from which on it does not matter: then it is infinite.
     """
+    place, price, begun = at
     cell, points = ground.cell, followers.shape[1]
     search, margin = ground.search, _MARGIN / cell
     cost_to_go = search.cost_to_go
@@ -329,6 +275,8 @@ def _cheapest_follower(
             more += motion.stride * _rate_at(ground.costs, body.cost_share, x, y)
             yaw = place.yaw + followers[k, t, 2]
             more += _CONTACT * _missing(ground.traversed_clearance, cell, body, x, y, yaw)
+            if len(ground.movers.radii):
+                more += _price_movers(ground, body, Place(x, y, yaw), (begun + t + 1, motion.time))
             # Costs only grow: what is dearer already needs no end.
             if more > cheapest:
                 break
@@ -369,6 +317,23 @@ def _missing(
     u, v = body.offset / cell * np.cos(yaw), body.offset / cell * np.sin(yaw)
     nearest = min(_between(clearance, x + u, y + v), _between(clearance, x - u, y - v))
     return max(body.radius - nearest * cell, 0.0) ** 2
+
+
+@kernel
+def _price_movers(
+    ground: PlannedGround, body: BodyCircles, place: Place, point: tuple[int, float]
+) -> float:
+    """Return what movers add to the cost of a point of a rollout [m].
+
+    Args:
+        ground: Plan around the robot.
+        body: BodyCircles of the robot.
+        place: Pose there.
+        point: Number of the point, from 1 on, and the time between two [s].
+    """
+    ahead = body.offset * np.cos(place.yaw), body.offset * np.sin(place.yaw)
+    x, y, time = place.x * ground.cell, place.y * ground.cell, point[0] * point[1]
+    return point[1] * mover_price(x, y, ahead, body.radius, time, ground.movers)
 
 
 @kernel

@@ -3,7 +3,8 @@
 The robot turns only so sharply: of the ways that a plan shows it can take those that begin with an
 arc it can drive (the dynamic window, Fox et al. 1997, at constant speed; three arcs in a row are an
 assumption). Where none leads on it turns on the spot or backs out, as a skid-steer can and the
-paper's never does; over ground that is known to be free it drives faster.
+paper's never does; over ground that is known to be free it drives faster. Near what moves it can
+stand still, too, and each speed has its price: faster may be into somebody, or out of the way.
 """
 
 import math
@@ -18,17 +19,18 @@ from andabata.machine.clock import CONTROL_PERIOD
 from andabata.machine.kinematics import Twist, executed_twist
 from andabata.machine.robot import RobotModel
 from andabata.navigation.arrival import ARRIVAL_DISTANCE
+from andabata.navigation.mover_forecast import MoverForecast, MoverForecastConfig, forecast_of
+from andabata.navigation.mover_tracks import TrackedMovers
 from andabata.navigation.planning.grid_planner import GridPlanner
-from andabata.navigation.planning.rollout_prices import (
-    STEP,
+from andabata.navigation.planning.rollout_inputs import (
     BodyCircles,
     Candidates,
     Place,
     PlannedGround,
     RolloutMotion,
     Stops,
-    price_moves,
 )
+from andabata.navigation.planning.rollout_prices import STEP, price_moves
 from terrain.kernel import kernel
 
 _STAY_RADIUS = 2.5
@@ -62,6 +64,7 @@ class TrajectoryRolloutsConfig(BaseModel):
         full_speed_clearance: Least clearance at which half of the extra speed is driven [m].
         max_speed_clearance: Least clearance at which all of it is driven [m]; None takes the plan's
             inflation radius.
+        movers: Forecast of what moves, and its prices; without tracks it changes nothing.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -80,6 +83,7 @@ class TrajectoryRolloutsConfig(BaseModel):
     max_speed_scale: float = Field(default=2.0, ge=1, le=3)
     full_speed_clearance: float = Field(default=0.9, gt=0)
     max_speed_clearance: float | None = Field(default=None, gt=0)
+    movers: MoverForecastConfig = Field(default_factory=MoverForecastConfig)
 
 
 class SpeedLimit(NamedTuple):
@@ -120,6 +124,7 @@ class TrajectoryRollouts:
         turns = np.arange(1, config.turns + 1) * np.pi / config.turns
         self._candidates = Candidates(
             rates=np.array([0.0, *config.rates]) * limit,
+            scales=np.ones(1 + len(config.rates)),
             turns=np.concatenate([turns, -turns]),
             # What follows an arc backwards is a turn, which has its own price from there.
             reverse_rates=np.array([-0.5, 0.0, 0.5]) * limit,
@@ -137,25 +142,34 @@ class TrajectoryRollouts:
             swing_radius=math.hypot(robot.length / 2, robot.width / 2) + config.margin,
             cost_share=config.cost_share,
             turn_cost=robot.speed / limit,
+            turn_rate=limit,
         )
-        self._prices = np.zeros(sum(len(moves) for moves in self._candidates[:3]))
+        self._prices = np.zeros(_count_moves(self._candidates))
+        self._nobody = forecast_of(TrackedMovers.none(), config.movers, np.zeros(2), robot.speed)
         decisions = round(_STAY_MEMORY / (config.action_repeat * CONTROL_PERIOD))
         self._places = np.empty((decisions, 2))
         self.reset()
 
     def reset(self) -> None:
-        """Forget where the robot was, and that it was turning on the spot."""
-        self._turning = 0.0
+        """Forget where the robot was, and that it was turning on the spot, or waiting."""
+        self._turning, self._is_waiting = 0.0, False
         self._places[:] = np.inf
         self._decisions = 0
 
     def select(
-        self, plan: GridPlanner, cell: float, position: NDArray[np.float64], yaw: float, rate: float
+        self,
+        plan: GridPlanner,
+        cell: float,
+        position: NDArray[np.float64],
+        yaw: float,
+        rate: float,
+        movers: TrackedMovers | None = None,
     ) -> Twist:
         """Return the controller's command, or the first move of a way that is cheaper.
 
         It is replaced by a way that is cheaper by more than ``override_margin``: an arc, a turn on
-        the spot, or an arc backwards until one of these leads on.
+        the spot, or an arc backwards until one of these leads on; near movers also another speed,
+        or standing still.
 
         Args:
             plan: Plan with costs to the goal.
@@ -163,25 +177,56 @@ class TrajectoryRollouts:
             position: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Heading there [rad].
             rate: Yaw rate of the command [rad/s].
+            movers: What moves, in ``odom``; None for nothing.
         """
         config, robot, moves = self.config, self._robot, self._candidates
         moves.rates[0] = executed_twist(Twist(robot.speed, rate), robot).angular
         x, y = ((position - plan.corner) / cell).tolist()
         place = Place(x, y, yaw)
-        self._price(plan, cell, place, self._relaxed(position), config.override_margin)
-        best = int(np.argmin(self._prices))
-        if self._prices[0] <= self._prices[best] + config.override_margin:
+        near, is_near = self._forecast(plan, position, movers)
+        if is_near:
+            moves = self._with_speeds(plan, cell, place)
+        body = self._relaxed(position)
+        prices = self._price(plan, cell, place, body, config.override_margin, moves, near)
+        best = int(np.argmin(prices))
+        if prices[0] <= prices[best] + config.override_margin:
             best = 0
         arcs, turns = len(moves.rates), len(moves.rates) + len(moves.turns)
-        self._turning = 0.0
+        self._turning, self._is_waiting = 0.0, False
         if best < arcs:
             driven = float(moves.rates[best])
-            scale = self._speed_scale(plan, cell, place, driven)
+            if is_near:
+                scale = float(moves.scales[best])
+                self._is_waiting = scale == 0.0
+            else:
+                scale = self._speed_scale(plan, cell, place, driven)
             return Twist(robot.speed * scale, rate if best == 0 else driven)
         if best >= turns:
             return Twist(-robot.speed, float(moves.reverse_rates[best - turns]))
         self._turning = math.copysign(robot.max_steering, moves.turns[best - arcs])
         return Twist(0.0, self._turning)
+
+    def _forecast(
+        self, plan: GridPlanner, position: NDArray[np.float64], movers: TrackedMovers | None
+    ) -> tuple[MoverForecast, bool]:
+        """Return the movers that can reach the robot, and True if there are any."""
+        if movers is None or not len(movers.radii):
+            return self._nobody, False
+        fastest = self.config.max_speed_scale * self._robot.speed
+        near = forecast_of(movers, self.config.movers, position, fastest, plan.corner)
+        return near, len(near.radii) > 0
+
+    def _with_speeds(self, plan: GridPlanner, cell: float, place: Place) -> Candidates:
+        """Return the moves with each arc at the largest speed that its ground allows, too.
+
+        The last arc is standing still.
+        """
+        moves = self._candidates
+        fast = [self._speed_scale(plan, cell, place, rate) for rate in moves.rates.tolist()]
+        return moves._replace(
+            rates=np.concatenate([moves.rates, moves.rates, [0.0]]),
+            scales=np.concatenate([moves.scales, fast, [0.0]]),
+        )
 
     def _price(
         self,
@@ -190,8 +235,10 @@ class TrajectoryRollouts:
         place: Place,
         body: BodyCircles,
         override_margin: float,
-    ) -> None:
-        """Write the prices of all moves that can matter [m].
+        moves: Candidates,
+        near: MoverForecast,
+    ) -> NDArray[np.float64]:
+        """Return the prices of all moves that can matter [m], which the next call may overwrite.
 
         Args:
             plan: Plan with costs to the goal.
@@ -199,20 +246,27 @@ class TrajectoryRollouts:
             place: Pose of the robot in the plan's square.
             body: Body of the robot.
             override_margin: Cost by which a move has to be cheaper than the first arc [m].
+            moves: First moves.
+            near: Movers that can reach the robot.
         """
         goal_x, goal_y = ((plan.goal - plan.corner) / cell).tolist()
         ground = PlannedGround(
             *(plan.costs, plan.clearance, plan.traversed_clearance, plan.search),
             *(cell, goal_x, goal_y, self._goal_radius / cell),
+            near,
         )
         # Backing out takes two stops, and a turn that is still to come.
         stop, turn = self.config.stop_cost, np.pi * self._body.turn_cost
         stops = Stops(self._turning, stop, 2.0 * stop + turn, override_margin)
-        price_moves(self._candidates, self._motion, ground, place, body, stops, self._prices)
+        prices = self._prices if moves is self._candidates else np.zeros(_count_moves(moves))
+        price_moves(moves, self._motion, ground, place, body, stops, prices)
+        return prices
 
     def _relaxed(self, position: NDArray[np.float64]) -> BodyCircles:
         """Return the body with less margin the longer the robot makes no progress."""
-        self._places[self._decisions % len(self._places)] = position
+        # Who waits for a mover has not lost the way.
+        place = np.inf if self._is_waiting else position
+        self._places[self._decisions % len(self._places)] = place
         self._decisions += 1
         stays = _count_near(self._places, position, _STAY_RADIUS)
         time = stays * self.config.action_repeat * CONTROL_PERIOD
@@ -239,6 +293,11 @@ class TrajectoryRollouts:
             if _is_free(plan.costs, plan.clearance, limit, place, turn, stride, points):
                 return scale
         return 1.0
+
+
+def _count_moves(moves: Candidates) -> int:
+    """Return the number of arcs, turns and arcs backwards."""
+    return len(moves.rates) + len(moves.turns) + len(moves.reverse_rates)
 
 
 @kernel

@@ -126,6 +126,33 @@ def test_places_that_something_came_to_and_left_are_known_for_a_while():
     assert not len(left.left_places())
 
 
+def test_cells_that_a_body_came_to_are_found_along_its_trail():
+    """Within the distance that counts, while it is there; never what stands."""
+    came = grid(parking_time=1.0)
+    seen(came, 0.0, 0.1, 0.2)
+    look(came, scene(BODY), 0.3)
+    beside, on_it = np.array([[2.1, 1.1, 3.1, 1.1, 0.9]]), np.array([[1.0, 0.1, 3.0, 0.1, 0.05]])
+    short, far = np.array([[1.0, 0.1, 1.5, 0.1, 0.3]]), np.array([[2.1, 1.1, 2.1, 1.1, 1.1]])
+    np.testing.assert_allclose(came.cells_that_came(on_it), [(2.1, 0.1)])
+    np.testing.assert_allclose(came.cells_that_came(far), [(2.1, 0.1)])
+    for trail in (beside, short, np.empty((0, 5))):
+        assert came.cells_that_came(trail).shape == (0, 2)
+    wall = np.array([[WALL, 0.1, WALL, 0.1, 0.5]])
+    assert not len(came.cells_that_came(wall))
+    seen(came, 0.4)
+    assert not len(came.cells_that_came(on_it))
+
+
+def test_what_parks_is_no_cell_that_something_came_to():
+    """After its time it stands, whatever track is over it."""
+    parked = grid(parking_time=1.0)
+    seen(parked, 0.0, 0.1, 0.2)
+    on_it = np.array([[BODY, 0.1, BODY, 0.1, 0.3]])
+    for stamp, count in ((0.3, 1), (1.2, 1), (1.4, 0)):
+        look(parked, scene(BODY), stamp)
+        assert len(parked.cells_that_came(on_it)) == count
+
+
 def test_free_places_are_forgotten():
     """Longer than the memory without a beam nothing is known of a place."""
     old = grid(memory=1.0)

@@ -84,6 +84,23 @@ def test_a_pose_that_jumps_moves_nothing(laser):
     assert perception.jumps >= 1
 
 
+@LASERS
+def test_a_believed_walker_is_no_wall_and_posts_are(laser):
+    """The map keeps neither the cells that it stands in nor those that it left; posts stay."""
+    is_turning = laser is turning_readings
+    seconds, begin = (15.0, 7.0) if is_turning else (4.0, 1.5)
+    perception, _ = follow(laser, seconds, walker(begin))
+    places, movers = perception.transient_places, perception.movers
+    away = np.hypot(*(places - movers.places[0]).T)
+    # Where a turning laser saw it last.
+    assert away.min() < (2.6 if is_turning else 0.5)
+    assert np.abs(places[:, 0] - 3.0).max() < 0.6
+    for post in POSTS:
+        assert np.hypot(*(places - post[:2]).T).min() > post[2] + 0.1
+    perception.movers = movers.select(np.zeros(1, dtype=np.bool_))
+    assert len(perception.transient_places) < len(places)
+
+
 def test_what_stands_a_while_is_no_mover_when_it_goes_unseen():
     """A laser that sends nothing changes nothing."""
     perception = MoverPerception(MoverPerceptionConfig(), EYE)

@@ -98,6 +98,37 @@ def test_tracks_count_when_confirmed_and_moving():
     assert len(tracks.update(disc(0.2, 0.0)).radii) == 1
 
 
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("column", [0, 1, 2])
+def test_detections_that_are_no_numbers_begin_and_move_no_track(bad, column):
+    """The others are followed as without them."""
+    tracks, plain = tracked(), tracked()
+    for k in range(4):
+        wrong = disc(1.0, 1.0)
+        wrong[0, column] = bad
+        found = tracks.update(np.concatenate([wrong, disc(0.1 * k, 0.0)]))
+        expected = plain.update(disc(0.1 * k, 0.0))
+    for left, right in zip(found, expected, strict=True):
+        np.testing.assert_array_equal(left, right)
+
+
+def test_what_goes_farther_than_the_gate_between_two_looks_gets_no_velocity():
+    """At 6 m/s it is another one in each scan: no track of it counts as moving."""
+    tracks = tracked(confirmation=2, min_speed=0.3)
+    for k in range(20):
+        assert not len(tracks.update(disc(0.6 * k, 0.0)).radii)
+
+
+def test_five_hundred_movers_are_followed_each():
+    """A grid of bodies a metre apart that all walk: as many tracks, with their velocity."""
+    tracks = tracked(confirmation=4, min_speed=0.3)
+    x, y = np.mgrid[:25, :20].reshape(2, -1)
+    for k in range(6):
+        movers = tracks.update(np.column_stack([x + 0.1 * k, y, np.full(500, 0.25)]))
+    assert len(movers.radii) == 500
+    np.testing.assert_allclose(movers.velocities, np.tile([1.0, 0.0], (500, 1)), atol=1e-9)
+
+
 def test_movers_are_chosen_with_all_columns():
     """None has no rows in any column."""
     movers = tracked().update(np.concatenate([disc(0.0, 0.0), disc(3.0, 1.0)]))

@@ -274,7 +274,7 @@ def test_far_blocked_polar_cells_count_without_ground_cells_alone(
 def test_what_movers_have_left_is_no_obstacle_but_low_obstacles_stay():
     """Whatever scans and ground cells still say of the place; beside it nothing changes."""
     given = layers({(10, 0): 3.0, (11, 0): 3.0, (12, 0): 3.0}, heights={(25, 0): 0.03})
-    given.movers = SimpleNamespace(left_places=np.array([(2.1, 0.1), (2.5, 0.1)]))
+    given.movers = SimpleNamespace(transient_places=np.array([(2.1, 0.1), (2.5, 0.1)]))
     grid = updated(make(), np.full_like(nothing_seen(), np.inf), 5, layers=given)
     assert grid.log_odds[10, 0] == 0.0
     assert grid.log_odds[11, 0] == pytest.approx(1.5)

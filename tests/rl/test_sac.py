@@ -212,6 +212,8 @@ def test_the_settings_of_the_shipped_policy():
         "actor_terms": None,
         "critic_terms": None,
         "critic_hidden": None,
+        "normalised": True,
+        "loss": "huber",
         "policy_delay": 1,
         "warmup_episodes": 0,
         "state_value": False,

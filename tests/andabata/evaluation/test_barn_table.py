@@ -30,7 +30,13 @@ def run(time=10.0, outcome=Outcome.GOAL, controller="a", world="w0", trial=0, be
 
 @pytest.mark.parametrize(
     ("time", "official", "ratio"),
-    [(4.0, 0.5, 1.25), (5.0, 0.5, 1.0), (8.0, 0.5, 0.625), (20.0, 0.25, 0.25), (80.0, 0.125, 0.0625)],
+    [
+        (4.0, 0.5, 1.25),
+        (5.0, 0.5, 1.0),
+        (8.0, 0.5, 0.625),
+        (20.0, 0.25, 0.25),
+        (80.0, 0.125, 0.0625),
+    ],
 )
 def test_scores_of_times(time, official, ratio):
     """The official one is clipped from 2 to 8 optimal times, the ratio at neither end."""

@@ -47,7 +47,9 @@ def test_results_as_json_as_tables_and_in_a_folder(capsys, tmp_path):
     assert main([*words, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert [row["controller"] for row in data["rows"]] == ["straight", "random"]
-    assert {"score", "ot_over_t", "score_low", "ot_over_t_high", "collisions"} <= set(data["rows"][0])
+    assert {"score", "ot_over_t", "score_low", "ot_over_t_high", "collisions"} <= set(
+        data["rows"][0]
+    )
     assert data["differences"][0]["against"] == "straight"
     assert len(data["failures"]) == sum(4 - row["successes"] for row in data["rows"])
     for name in ("evaluation.json", "run.json", "worlds.jsonl"):

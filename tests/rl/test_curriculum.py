@@ -116,6 +116,9 @@ def test_the_latest_of_a_world_count_from_before_its_own_level():
     """World 1 has its four when world 0 opens it: the next episode but one is in world 2."""
     outcomes = [(1, True)] * 4 + [(0, True)] * 4 + [(2, False), (2, False)]
     assert levels_of(outcomes, window=4) == [0] * 8 + [1, 2]
+    # On level 1 the successes in world 0 count no more; three of four in world 1 open world 2.
+    outcomes = [(0, True)] * 4 + [(1, False), *[(0, True)] * 4, *[(1, True)] * 4, (0, True)]
+    assert levels_of(outcomes, window=4) == [0] * 4 + [1] * 8 + [2] * 2
 
 
 def test_successes_by_world_survive_a_kill():

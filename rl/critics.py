@@ -201,10 +201,11 @@ class StateCritic(StackedCritic):
         observations: ObservationSpec,
         hidden: Sequence[int],
         terms: Sequence[str] | None = None,
+        normalised: bool = True,
     ) -> None:
         """Draw weights from torch's generator; arguments as for ``TwinCritic``."""
         read = TermReader(observations, terms)
-        super().__init__(1, list(pairwise([read.size, *hidden, 1])))
+        super().__init__(1, list(pairwise([read.size, *hidden, 1])), normalised)
         self.read = read
 
     def forward(self, states: Tensor) -> Tensor:

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 from rl import checkpoint as checkpoints
-from rl.curriculum_config import CurriculumConfig, Stage
+from rl.curriculum_config import CurriculumConfig, Difficulty, Stage, world_of_level
 from rl.driving import DRIVING_NOISE
 from rl.fixed_tasks import FixedTaskFigures, fixed_task_figures, fixed_tasks
 from rl.learners import make_learner
@@ -82,6 +82,7 @@ class _Position:
     levels: list[float | None] = field(default_factory=list)
     recent: list[bool] = field(default_factory=list)
     on_level: list[bool] = field(default_factory=list)
+    in_worlds: dict[str, list[bool]] = field(default_factory=dict)
     best: float | None = None
     kept: float = 0.0
 
@@ -145,6 +146,7 @@ class Curriculum:
                 self._at.stage += 1
                 self._at.episodes = self._at.stage_steps = self._at.iteration = 0
                 self._at.recent, self._at.on_level, self._at.best = [], [], None
+                self._at.in_worlds = {}
             yield iteration
 
     def _advance(self, stage: Stage) -> TrainingIteration:
@@ -198,12 +200,25 @@ class Curriculum:
         at.steps += steps
         at.stage_steps += steps
         at.recent = (at.recent + successes)[-stage.window :]
-        at.on_level += successes
         level = at.levels[at.stage]
         if stage.difficulty is not None and level is not None:
-            at.levels[at.stage] = stage.difficulty.after(level, at.on_level)
-            if len(at.on_level) >= stage.difficulty.window:
+            at.levels[at.stage] = self._next_level(stage.difficulty, level, own)
+
+    def _next_level(self, rule: Difficulty, level: float, own: Sequence[Episode]) -> float:
+        """Count the episodes that decide on a stage's level, and return the next one."""
+        at = self._at
+        if not rule.worlds:
+            at.on_level += [episode.is_success for episode in own]
+            after = rule.after(level, at.on_level)
+            if len(at.on_level) >= rule.window:
                 at.on_level = []
+            return after
+        # The latest of each world, those from before it was the level's own included.
+        for episode in own:
+            world = str(episode.world)
+            at.in_worlds[world] = [*at.in_worlds.get(world, []), episode.is_success][-rule.window :]
+        latest = at.in_worlds.get(str(world_of_level(level, rule.worlds)), [])
+        return rule.after(level, latest)
 
     def _is_passed(self, stage: Stage) -> bool:
         """Return whether the stage is learnt."""

@@ -12,6 +12,11 @@ from rl.spaces import ActionSpec, ObservationSpec, steering_actions, steering_ob
 _SAME_LEVEL = 1e-5
 
 
+def world_of_level(level: float, count: int) -> int:
+    """Return the index of the world that a level names among ``count``, the easiest first."""
+    return round(level * (count - 1))
+
+
 class Difficulty(BaseModel):
     """Schedule of the difficulty of a stage's worlds, by the share of successes.
 
@@ -20,7 +25,10 @@ class Difficulty(BaseModel):
         min_level: Least difficulty.
         max_level: Greatest difficulty; a stage is passed there alone.
         step: Difference between two levels.
-        window: Number of episodes on a level before it is changed.
+        window: Number of episodes that decide on the next level.
+        worlds: Number of worlds that levels name, the easiest first, where the success in the
+            level's own world alone counts, over its latest ``window`` episodes (SPN: 4, 50). With 0
+            all episodes count, whatever their world, and each window begins where the last ended.
         raise_at: Share of successes in them from which the level rises.
         lower_at: Share of successes below which it falls.
     """
@@ -32,6 +40,7 @@ class Difficulty(BaseModel):
     max_level: float = Field(default=0.5, ge=0, le=1)
     step: float = Field(default=0.1, gt=0, le=1)
     window: int = Field(default=16, ge=1)
+    worlds: int = Field(default=0, ge=0)
     raise_at: float = Field(default=0.8, ge=0, le=1)
     lower_at: float = Field(default=0.4, ge=0, le=1)
 

@@ -2,12 +2,13 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import torch
 from pydantic import Field
 from torch import Tensor
+from torch.nn.functional import mse_loss, smooth_l1_loss
 
 from rl.goal_laws import ProportionalPolicy
 from rl.learner import BaseLearnerConfig, Learner
@@ -24,6 +25,9 @@ class ReplayLearnerConfig(BaseLearnerConfig):
         actor_terms: Names of the observation's terms that the actor reads, None for all.
         critic_terms: Names of the terms that the critics read, None for all.
         critic_hidden: Width of the critics' hidden layers, None for ``hidden``.
+        normalised: True to normalise the critics' hidden layers; False for plain dense ones (SPN,
+            Fujimoto et al. 2018).
+        loss: Loss of the critics: ``squared``, or ``huber``, which grows in a line beyond 1.
         learning_rate: Adam learning rate.
         gamma: Discount of a decision.
         tau: Share of the networks that moves into their targets at each step.
@@ -37,6 +41,8 @@ class ReplayLearnerConfig(BaseLearnerConfig):
     actor_terms: tuple[str, ...] | None = None
     critic_terms: tuple[str, ...] | None = None
     critic_hidden: tuple[int, ...] | None = None
+    normalised: bool = True
+    loss: Literal["squared", "huber"] = "huber"
     learning_rate: float = Field(default=5e-4, gt=0)
     gamma: float = Field(default=0.98, gt=0, lt=1)
     tau: float = Field(default=0.005, gt=0, le=1)
@@ -103,6 +109,11 @@ class ReplayLearner(Learner):
     @abstractmethod
     def _figures(self, critic_loss: float, value: float, of_actor: float) -> dict[str, float]:
         """Return the figures of an update by name, from the means of those of its steps."""
+
+    def _critic_loss(self, values: Tensor, targets: Tensor) -> Tensor:
+        """Return the mean loss of values against their targets, both of the same shape."""
+        loss = mse_loss if self._settings.loss == "squared" else smooth_l1_loss
+        return loss(values, targets)
 
     @property
     def _is_actor_due(self) -> bool:

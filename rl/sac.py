@@ -12,7 +12,6 @@ import numpy as np
 import torch
 from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor
-from torch.nn.functional import smooth_l1_loss
 
 from rl.critics import StateCritic, TwinCritic
 from rl.networks import Actor, SquashedGaussianActor, polyak_update
@@ -135,16 +134,17 @@ class SoftActorCritic(ReplayLearner):
         hidden = config.hidden if config.critic_hidden is None else config.critic_hidden
         critics = (observations, actions, hidden, config.critic_terms)
         self.actor, self.average = config.actor.make(*actor), config.actor.make(*actor)
-        self.critics = TwinCritic(*critics)
+        self.critics = TwinCritic(*critics, normalised=config.normalised)
         self.state_value: StateCritic | None = None
         self.targets: TwinCritic | StateCritic
         if config.state_value:
+            values = (observations, hidden, config.critic_terms)
             self.state_value, self.targets = (
-                StateCritic(observations, hidden, config.critic_terms) for _ in range(2)
+                StateCritic(*values, config.normalised) for _ in range(2)
             )
             self.targets.load_state_dict(self.state_value.state_dict())
         else:
-            self.targets = TwinCritic(*critics)
+            self.targets = TwinCritic(*critics, normalised=config.normalised)
             self.targets.load_state_dict(self.critics.state_dict())
         self.average.load_state_dict(self.actor.state_dict())
         self.average.requires_grad_(False)
@@ -180,7 +180,7 @@ class SoftActorCritic(ReplayLearner):
             next_value = self._next_value(batch["next_states"], alpha, noise)
             td_target = batch["rewards"] + config.gamma * (1 - batch["terminated"]) * next_value
         q = self.critics(states, batch["actions"])
-        critic_loss = smooth_l1_loss(q, td_target.expand_as(q))
+        critic_loss = self._critic_loss(q, td_target.expand_as(q))
         self._step("critics", 2 * critic_loss)
         entropy = torch.zeros_like(critic_loss)
         if self._is_actor_due:
@@ -227,4 +227,4 @@ class SoftActorCritic(ReplayLearner):
         with torch.no_grad():
             actions, log_p = self.actor.sample(states, noise)
             target = self.critics(states, actions).amin(dim=0) - alpha * log_p
-        self._step("state_value", smooth_l1_loss(state_value(states), target))
+        self._step("state_value", self._critic_loss(state_value(states), target))

@@ -11,7 +11,6 @@ from typing import Any, Literal
 import torch
 from pydantic import Field
 from torch import Tensor
-from torch.nn.functional import mse_loss, smooth_l1_loss
 
 from rl.critics import Fusion, TwinCritic
 from rl.networks import DeterministicActor, polyak_update
@@ -29,7 +28,6 @@ class Td3Config(ReplayLearnerConfig):
     Attributes:
         algorithm: Name of the algorithm.
         fusion: Way in which the critics bring state and action together.
-        normalised: True to normalise the critics' hidden layers.
         gamma: Discount of a decision (GDAE: 0.99999).
         tau: Share of the networks that moves into their targets with each step of the actor (GDAE:
             0.005).
@@ -37,7 +35,7 @@ class Td3Config(ReplayLearnerConfig):
         updates_per_step: Number of gradient steps for each new decision (GDAE: 1).
         policy_delay: Number of gradient steps of the critics for one of the actor and of all
             targets: the delay.
-        loss: Loss of the critics: ``squared``, or ``huber``, which grows in a line beyond 1.
+        loss: Loss of the critics (Fujimoto et al.: ``squared``).
         target_noise: Standard deviation of the noise on the targets' actions, in shares.
         target_noise_clip: Bound of that noise.
         noise: Schedule of the exploration's noise.
@@ -48,7 +46,6 @@ class Td3Config(ReplayLearnerConfig):
 
     algorithm: Literal["td3"] = "td3"
     fusion: Fusion = Fusion()
-    normalised: bool = True
     gamma: float = Field(default=0.99, gt=0, lt=1)
     tau: float = Field(default=0.01, gt=0, le=1)
     batch_size: int = Field(default=128, ge=8)
@@ -149,8 +146,7 @@ class TwinDelayed(ReplayLearner):
             td_target = batch["rewards"] + config.gamma * (1 - batch["terminated"]) * next_q
         # Both critics descend to it.
         q = self.critics(states, batch["actions"])
-        loss = mse_loss if config.loss == "squared" else smooth_l1_loss
-        critic_loss = loss(q, td_target.expand_as(q))
+        critic_loss = self._critic_loss(q, td_target.expand_as(q))
         self._step("critics", 2 * critic_loss)
         # With a delay the actor climbs the first critic, and the targets follow slowly.
         actor_value = torch.zeros_like(critic_loss)

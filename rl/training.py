@@ -21,6 +21,9 @@ Seed = tuple[int, ...]
 SITUATIONS = "situations"
 """Name of the info from which observations can be rendered again; see ``rl.replay.Renderer``."""
 
+WORLD = "world_seed"
+"""Name of the info of a reset that says which world was drawn."""
+
 _ENDS = ("outcome", "is_success", "turns")
 
 
@@ -58,6 +61,7 @@ class Episode:
         terms: Sum of each term of the reward.
         turns: Number of whole turns, left less right, that the robot made; a robot that circles
             makes many.
+        world: Number of its world, which the environment gave; None where it gave none.
     """
 
     states: NDArray[np.float32]
@@ -70,6 +74,7 @@ class Episode:
     steps: int
     terms: dict[str, float] = field(default_factory=dict)
     turns: float = 0.0
+    world: int | None = None
 
 
 RolloutFunction = Callable[[Policy, int, Sequence[EpisodeSpec], bool], list[Episode]]
@@ -94,6 +99,7 @@ def play(
     """
     recorder = EpisodeRecorder(0, spec)
     state, info = environment.reset(seed=recorder.first_seed, options=_options(spec))
+    recorder.world = info.get(WORLD)
     policy.reset()
     over, terminated = False, False
     while not over:
@@ -124,12 +130,14 @@ class EpisodeRecorder:
         spec: Episode that is played.
         first_seed: Seed of the environment's reset.
         rng: Draws of the policy.
+        world: Number of its world, None where the environment gives none.
     """
 
     def __init__(self, number: int, spec: EpisodeSpec) -> None:
         """Begin an episode, the ``number``-th of the result."""
         self.number, self.spec = number, spec
         self.rng = np.random.default_rng(spec.seed)
+        self.world: int | None = None
         self.first_seed = int(self.rng.integers(2**31))
         self._states: list[NDArray[np.float32]] = []
         self._actions: list[NDArray[np.float32]] = []
@@ -165,6 +173,7 @@ class EpisodeRecorder:
             steps=self._steps,
             terms=self._terms,
             turns=float(info.get("turns", 0.0)),
+            world=None if self.world is None else int(self.world),
         )
 
 
@@ -224,7 +233,10 @@ def _begin(
     if any(task is not None for task in tasks):
         options["task"] = tasks
     seeds = [None if one is None else one.first_seed for one in robots]
-    return environments.reset(seed=seeds, options=options)
+    states, info = environments.reset(seed=seeds, options=options)
+    for k in begun if WORLD in info else ():
+        playing[k].world = info[WORLD][k]
+    return states, info
 
 
 def _decide(

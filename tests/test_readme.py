@@ -33,6 +33,7 @@ from andabata.records.topics import WHEEL_COMMAND
 from andabata.ros.ros2_graph import Ros2Graph
 from andabata.training.distillation import DistillationConfig
 from andabata.training.plans import TASKS, algorithms, load_plan
+from tests.support.barn_folders import write_world
 from tests.support.documents import (
     ROOT,
     Block,
@@ -329,9 +330,16 @@ def adapt_briefly(sheet: Sheet, line: str) -> None:
     sheet.run(f"{line} --adaptation brief.toml")
 
 
+def bring_worlds(sheet: Sheet, line: str) -> None:
+    """Put a world of the benchmark's form where the line expects the benchmark's own."""
+    write_world(sheet.folder / line.split("--worlds ")[1].split()[0])
+    sheet.run(line)
+
+
 SPECIAL: dict[str, Callable[[Sheet, str], None]] = {
     "scan": bring_a_cloud,
     "evaluate --suite": break_off_and_go_on,
+    "evaluate --task barn --worlds": bring_worlds,
     "classifier adapt": adapt_briefly,
 }
 

@@ -24,7 +24,7 @@ def barn_tables(data: Data) -> Group:
         {
             "controller": row["controller"],
             "score": _spread(row, "score"),
-            "uncapped": _spread(row, "uncapped"),
+            "OT / t": _spread(row, "ot_over_t"),
             "success": f"{row['success_rate']:.3f}",
             "95 %": f"{row['success_low']:.3f}-{row['success_high']:.3f}",
         }
@@ -38,7 +38,6 @@ def barn_tables(data: Data) -> Group:
             "late": row["timeouts"],
             "never left": row["never_left"],
             "time [s]": row["mean_time_s"],
-            "OT/time": row["mean_speed_ratio"],
         }
         for row in rows
     ]
@@ -55,7 +54,7 @@ def _difference_table(rows: Sequence[Data]) -> "Table":
         {
             "controller": row["controller"],
             "score": _spread(row, "score", "+"),
-            "uncapped": _spread(row, "uncapped", "+"),
+            "OT / t": _spread(row, "ot_over_t", "+"),
             "success": _spread(row, "success", "+"),
         }
         for row in rows

@@ -3,8 +3,8 @@
 A run starts at rest with its goal 10 m ahead. The clock runs from 0.1 m of motion; a run succeeds
 within 1 m of the goal, and fails with any contact or after 100 s. Its score is success x OT /
 clip(t, 2 OT, 8 OT), at most 0.5, where OT is the time of the world's path at 2 m/s. Since half of
-the largest speed earns the full score, ``uncapped`` stands beside it: success x OT / clip(t, OT,
-8 OT). Worlds here are public or generated and the simulator is light: no place in a competition.
+the largest speed earns the full score, success x OT / t stands beside it, without a limit either
+way. Worlds here are public or generated and the simulator is light: no place in a competition.
 """
 
 import hashlib

@@ -208,7 +208,8 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         if outcome is not None:
             info |= {"is_success": outcome is Outcome.GOAL, "outcome": str(outcome)}
             info |= {"turns": abs(self._monitor.turns), "contact": self._monitor.contact.label}
-        truncated = outcome is Outcome.TIMEOUT
+        endings = np.array([self._monitor.ending])
+        truncated = bool(self.config.terminations.truncated(endings)[0])
         terminated = outcome is not None and not truncated
         return self._state, float(sum(terms.values())), terminated, truncated, info
 

@@ -99,7 +99,7 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._autoreset = autoreset
         self._batch = batch
-        self._terminations = Terminations(terminations, num_envs)
+        self._rules, self._terminations = terminations, Terminations(terminations, num_envs)
         self._rngs = [np.random.default_rng() for _ in range(num_envs)]
         self._is_begun = False
         self._over = np.ones(num_envs, dtype=np.bool_)
@@ -202,7 +202,7 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
         terms = {name: np.where(going, term, 0.0) for name, term in terms.items()}
         self._observe(state, going)
         over = going & (endings != Ending.NONE)
-        truncated = over & (endings == Ending.TIMEOUT)
+        truncated = over & self._rules.truncated(endings)
         info: dict[str, Any] = {"reward_terms": terms}
         rewards = np.sum(list(terms.values()), axis=0)
         if over.any():

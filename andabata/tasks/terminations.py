@@ -51,6 +51,8 @@ class TerminationConfig(BaseModel):
         stuck_time: Time after which a robot that stays within ``stuck_radius`` is stuck [s]
             (assumption).
         stuck_radius: Radius of staying [m] (assumption).
+        timeout_terminates: True if a time-out is an end like a collision (Guo et al., Eq. 5), False
+            if it cuts a drive short, whose last state a learner bootstraps from.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -59,6 +61,15 @@ class TerminationConfig(BaseModel):
     time_limit: float = Field(default=300.0, gt=0)
     stuck_time: float = Field(default=20.0, gt=0)
     stuck_radius: float = Field(default=0.3, gt=0)
+    timeout_terminates: bool = False
+
+    def truncated(self, endings: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return True where an ending cuts a drive short instead of terminating it, shape (n,).
+
+        Args:
+            endings: ``Ending`` of each drive, shape (n,).
+        """
+        return (endings == Ending.TIMEOUT) & (not self.timeout_terminates)
 
 
 @dataclass(frozen=True)

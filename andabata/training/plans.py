@@ -16,7 +16,7 @@ from andabata.tasks.offroad import (
     stage_config,
 )
 from andabata.tasks.rooms.catalogue import ROOM_TASKS
-from andabata.tasks.rooms.config import RoomConfig
+from andabata.tasks.rooms.config import JudgingRoomError, RoomConfig, refuse_judging_rooms
 from andabata.tasks.vector import TaskConfig
 from rl.curriculum_config import CurriculumConfig, Stage
 from rl.learners import LearnerConfig
@@ -74,6 +74,17 @@ class TrainingPlan(BaseModel):
         last = list(self.stages.values())[-1].environment
         if self.test_every and not isinstance(last, RoomConfig):
             raise ValueError(f"test_every: expected 0 for the task {last.task}, got others")
+        return self
+
+    @model_validator(mode="after")
+    def _check_rooms(self) -> Self:
+        """Refuse stages in rooms that judge."""
+        for name, stage in self.stages.items():
+            if isinstance(stage.environment, RoomConfig):
+                try:
+                    refuse_judging_rooms(stage.environment)
+                except JudgingRoomError as error:
+                    raise ValueError(f"stages.{name}.environment.{error}") from error
         return self
 
     @model_validator(mode="after")

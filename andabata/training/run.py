@@ -12,7 +12,7 @@ from andabata.models import Models
 from andabata.runs import atomic_io
 from andabata.runs.folder import commit, describe, make_folder, write_json
 from andabata.runs.strict_json import dumps
-from andabata.tasks.rooms.config import RoomConfig
+from andabata.tasks.rooms.config import RoomConfig, refuse_judging_rooms
 from andabata.tasks.vector import TaskConfig, renderer_of
 from andabata.training.parallel_sampler import ParallelSampler
 from andabata.training.plans import TrainingPlan
@@ -58,7 +58,8 @@ def learn(
             the checkpoint are on the disk.
 
     Raises:
-        ValueError: If the folder holds a run and ``resume`` is not set, or another's run.
+        ValueError: If the folder holds a run and ``resume`` is not set, or another's run, or a
+            stage is in a room that judges.
         FileNotFoundError: If there is nothing to resume.
     """
     models = models or Models()
@@ -103,9 +104,18 @@ def learn(
 
 
 def _environments(tasks: Sequence[TaskConfig]) -> list[TaskConfig]:
-    """Return the environments of a curriculum: its stages, their validations, and its tests."""
+    """Return the environments of a curriculum: its stages, their validations, and its tests.
+
+    Raises:
+        JudgingRoomError: If a room of one of them is for judging alone.
+    """
     environments = [*tasks, *(task.unseen for task in tasks)]
-    return [*environments, tasks[-1].fixed] if isinstance(tasks[-1], RoomConfig) else environments
+    if isinstance(tasks[-1], RoomConfig):
+        environments.append(tasks[-1].fixed)
+    for environment in environments:
+        if isinstance(environment, RoomConfig):
+            refuse_judging_rooms(environment)
+    return environments
 
 
 def _checkpoint(folder: Path, origin: dict[str, Any], resume: bool, changed: bool) -> bytes | None:

@@ -1,5 +1,7 @@
 """The curriculum: stages in order, exact resume, difficulty by success, rehearsal, figures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,76 @@ def test_the_level_follows_the_success():
     assert rule.after(0.3, [False] * 4) == 0.2
     assert rule.after(0.2, [False] * 4) == 0.2
     assert rule.after(0.3, [False] * 4 + [True] * 4) == 0.4  # The latest window alone counts.
+
+
+def by_world(outcomes):
+    """Return a rollout function that plays episodes of worlds with successes, one after another."""
+    left = iter(outcomes)
+
+    def rollout(policy, action_repeat, specs, explore):
+        worlds = [next(left) for _ in specs]
+        played = made(lambda one: True)(policy, action_repeat, specs, explore)
+        return [
+            replace(each, world=world, is_success=success)
+            for each, (world, success) in zip(played, worlds, strict=True)
+        ]
+
+    return rollout
+
+
+def levels_of(outcomes, window, worlds=4, kill_after=None):
+    """Return the level of each episode, one an iteration, in a stage of four worlds."""
+    rule = Difficulty(
+        start=0.0,
+        min_level=0.0,
+        max_level=1.0,
+        step=1 / 3,
+        raise_at=0.75,
+        lower_at=0.0,
+        window=window,
+        worlds=worlds,
+    )
+    plan = config(episodes_per_iteration=1).model_copy(
+        update={"stages": (Stage(name="turn", episodes=len(outcomes), difficulty=rule),)}
+    )
+    played = by_world(outcomes)
+    curriculum = Curriculum(plan, played)
+    figures = run(curriculum, len(outcomes) if kill_after is None else kill_after)
+    if kill_after is not None:
+        figures += run(Curriculum(plan, played, curriculum.to_bytes()))
+    return [round(3 * each.difficulty) for each in figures]
+
+
+def test_only_success_in_the_levels_own_world_opens_the_next():
+    """Successes elsewhere count for nothing, and failures there do no harm."""
+    others = [(k, True) for k in (1, 2, 3)] * 3
+    assert levels_of([*others, (0, True)], window=4) == [0] * 10
+    own = [(0, True), (1, False), (0, True), (2, False), (0, True), (3, False), (0, True)]
+    assert levels_of([*own, (2, False)], window=4) == [0] * 7 + [1]
+    # Without worlds all of them count, whatever their world.
+    assert levels_of([*others, (0, True)], window=4, worlds=0) == [0] * 4 + [1] * 4 + [2] * 2
+
+
+def test_the_window_of_a_world_slides():
+    """The latest four count at every episode; windows in a row would wait for the eighth."""
+    outcomes = [(0, False), (0, False), (0, True), (0, True), (0, True), (0, True)]
+    assert levels_of([*outcomes], window=4) == [0] * 5 + [1]
+    assert levels_of([*outcomes], window=4, worlds=0) == [0] * 6
+
+
+def test_the_latest_of_a_world_count_from_before_its_own_level():
+    """World 1 has its four when world 0 opens it: the next episode but one is in world 2."""
+    outcomes = [(1, True)] * 4 + [(0, True)] * 4 + [(2, False), (2, False)]
+    assert levels_of(outcomes, window=4) == [0] * 8 + [1, 2]
+    # On level 1 the successes in world 0 count no more; three of four in world 1 open world 2.
+    outcomes = [(0, True)] * 4 + [(1, False), *[(0, True)] * 4, *[(1, True)] * 4, (0, True)]
+    assert levels_of(outcomes, window=4) == [0] * 4 + [1] * 8 + [2] * 2
+
+
+def test_successes_by_world_survive_a_kill():
+    """A run that goes on after a kill opens the next world in the same episode."""
+    outcomes = [(0, True), (1, True)] * 5
+    assert levels_of(outcomes, window=4, kill_after=3) == levels_of(outcomes, window=4)
 
 
 def test_the_thresholds_of_the_level():

@@ -212,6 +212,8 @@ def test_the_settings_of_the_shipped_policy():
         "actor_terms": None,
         "critic_terms": None,
         "critic_hidden": None,
+        "normalised": True,
+        "loss": "huber",
         "policy_delay": 1,
         "warmup_episodes": 0,
         "state_value": False,
@@ -289,6 +291,47 @@ def test_the_target_with_the_value_of_states(terminated):
         old, learner.targets.parameters(), learner.state_value.parameters(), strict=True
     ):
         torch.testing.assert_close(new, before + 0.25 * (online - before))
+
+
+@pytest.mark.parametrize("loss", ["squared", "huber"])
+def test_the_loss_of_all_critics_is_that_of_the_settings(loss):
+    """Errors well beyond 1 tell the two apart; the value of states takes the same one."""
+    learner = small(loss=loss, state_value=True)
+    one, taken = batch(reward=30.0, terminated=1.0), {}
+    learner._step = lambda name, value: taken.setdefault(name, float(value.detach()))
+    with torch.no_grad():
+        error = 30.0 - learner.critics(one["states"], one["actions"])
+        learner.state_value.weights[-1].zero_()
+        learner.state_value.biases[-1].fill_(50.0)
+    assert float(error.min()) > 1.0
+    learner._update(one, torch.Generator().manual_seed(4))
+    expected = error**2 if loss == "squared" else error - 0.5
+    assert taken["critics"] == pytest.approx(2 * float(expected.mean()), rel=1e-5)
+    # The critics' own values are small beside 50.
+    assert taken["state_value"] == pytest.approx(50.0**2 if loss == "squared" else 49.5, rel=0.1)
+
+
+@pytest.mark.parametrize("normalised", [True, False])
+def test_hidden_layers_of_all_critics_are_normalised_or_not(normalised):
+    """A first layer ten times as large changes the values of a plain network alone."""
+    learner, one = small(normalised=normalised, state_value=True), batch()
+    twins = SoftActorCritic(
+        OBSERVATIONS, ACTIONS, learner.config.model_copy(update={"state_value": False}), seed=2
+    )
+    states, actions = one["states"], one["actions"]
+    networks = (
+        (learner.critics, (states, actions)),
+        (twins.targets, (states, actions)),
+        (learner.state_value, (states,)),
+        (learner.targets, (states,)),
+    )
+    for network, inputs in networks:
+        with torch.no_grad():
+            before = network(*inputs)
+            network.weights[0].mul_(10.0)
+            network.biases[0].mul_(10.0)
+            after = network(*inputs)
+        assert torch.allclose(before, after, rtol=1e-3, atol=1e-3) == normalised
 
 
 def test_the_value_of_a_state_is_the_actors_own():

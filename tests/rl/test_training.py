@@ -165,6 +165,29 @@ def test_robots_side_by_side_play_what_each_plays_alone(count, repeat):
             assert getattr(one, name) == getattr(other, name)
 
 
+def test_an_episode_has_the_world_that_its_environment_gave():
+    """A robot alone and robots side by side report theirs; environments without one None."""
+
+    class Numbered(SeededClock):
+        def reset(self, *, seed=None, options=None):
+            state, info = super().reset(seed=seed, options=options)
+            return state, {**info, "world_seed": seed % 7}
+
+    class NumberedClocks(Clocks):
+        def reset(self, *, seed=None, options=None):
+            states, info = Clocks.reset(self, seed=seed, options=options)
+            worlds = np.array([-1 if each is None else each % 7 for each in seed])
+            return states, {**info, "world_seed": worlds}
+
+    specs = [EpisodeSpec(0, (5, k)) for k in range(9)]
+    alone = [play(Numbered(), policy(), 1, spec).world for spec in specs]
+    assert len(set(alone)) > 3
+    assert min(alone) >= 0
+    together = play_together(NumberedClocks(3), policy(), 1, specs)
+    assert [each.world for each in together] == alone
+    assert {each.world for each in play_together(Clocks(3), policy(), 1, specs)} == {None}
+
+
 class Situated(Clocks):
     """Clocks that also give the situation they are in, which is kept in the place of the state."""
 

@@ -157,7 +157,7 @@ def barn_figure(runs: Mapping[str, Sequence[Row]]) -> Figure:
         axes.plot(ratios, share, color=colour, linewidth=1.6, label=name, drawstyle="steps-post")
     axes.axvline(2.0, color="#777777", linewidth=1.0, linestyle=":")
     axes.annotate("full official score", (2.0, 0.02), rotation=90, fontsize=8, color="#777777")
-    axes.set_xlim(left=1.0)
+    axes.set_xlim(left=0.8)
     axes.set_ylim(0, 1.03)
     axes.set_xlabel("time / optimal time")
     axes.set_ylabel("share of runs at the goal")
@@ -175,16 +175,16 @@ def scores_figure(rows: Sequence[Row]) -> Figure:
     figure = Figure(figsize=(9.2, 0.36 * len(rows) + 1.4), layout="constrained")
     axes = figure.add_subplot()
     for tick, row in enumerate(rows):
-        for kind, shift, colour in (("score", -0.13, COLOURS[1]), ("uncapped", 0.13, COLOURS[2])):
+        for kind, shift, colour in (("score", -0.13, COLOURS[1]), ("ot_over_t", 0.13, COLOURS[2])):
             low, high = (row[f"{kind}_{end}"] for end in ("low", "high"))
-            label = {"score": "official score", "uncapped": "without its cap"}[kind]
+            label = {"score": "official score", "ot_over_t": "optimal time / time"}[kind]
             axes.plot(row[kind], tick + shift, "o", color=colour, label=None if tick else label)
             if low is not None:
                 axes.plot([low, high], [tick + shift] * 2, color=colour, linewidth=2.2)
     axes.axvline(0.5, color="#777777", linewidth=1.0, linestyle=":")
     axes.set_yticks(range(len(rows)), [row["controller"] for row in rows])
     axes.invert_yaxis()
-    axes.set_xlim(0, 1.02)
+    axes.set_xlim(0, 1.15)
     axes.set_xlabel("score; 0.5 is the most that the official one gives")
     axes.grid(axis="x", alpha=0.25)
     axes.legend(fontsize=8)

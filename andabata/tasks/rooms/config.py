@@ -179,6 +179,29 @@ class RoomConfig(BaseModel):
         return room_actions(self.robot)
 
 
+class JudgingRoomError(ValueError):
+    """Room for judging alone that something would learn in."""
+
+
+def refuse_judging_rooms(config: RoomConfig) -> None:
+    """Refuse to train, to validate or to test a training in rooms that judge.
+
+    Args:
+        config: Settings of the episodes.
+
+    Raises:
+        JudgingRoomError: If one of the named rooms is for judging alone.
+        UnknownRoomError: If there is no room of a name.
+    """
+    judges = [name for name in config.rooms if make_room(name).judges]
+    if judges:
+        raise JudgingRoomError(
+            f"rooms: expected rooms to train and to validate in, got {', '.join(judges)}, for "
+            "judging alone; name others, such as random-0, or leave them out, and drive these with "
+            "andabata evaluate"
+        )
+
+
 def room_actions(robot: DiscRobotConfig) -> ActionSpec:
     """Return the space of the actions: speed and yaw rate."""
     return ActionSpec(

@@ -33,6 +33,7 @@ from andabata.tasks.rooms.kernel import V
 from andabata.tasks.rooms.observations import RoomRenderer, noisy
 from andabata.tasks.rooms.scan_history import ScanHistory
 from andabata.tasks.rooms.terms import encoded_goals
+from rl.curriculum_config import world_of_level
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.mover_placement import draw_movers
 from worlds.rooms.room import RoomTask, random_task
@@ -193,7 +194,7 @@ class RoomVectorEnv(PlanarVectorEnv):
         if difficulty is None or count == 1:
             return int(rng.integers(count))
         shares = np.full(count, (1 - config.main_room_share) / (count - 1))
-        shares[round(difficulty * (count - 1))] = config.main_room_share
+        shares[world_of_level(difficulty, count)] = config.main_room_share
         return int(rng.choice(count, p=shares))
 
     def _executed(

@@ -19,8 +19,12 @@ from andabata.tasks.terminations import Outcome
 from worlds.rooms.mover_motion import Movers
 from worlds.rooms.room import Room, RoomTask
 
-BARN_LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=270 / 719, max_range=30, x=0.12)
-"""The laser of the BARN benchmark: 720 beams of 270 degrees (assumption: 0.12 m ahead)."""
+BARN_LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=270 / 719, max_range=30, x=0.055)
+"""The laser of the BARN benchmark: 720 beams of 270 degrees, 0.055 m ahead of the robot's middle.
+
+The mount at the front of its robot, a Jackal, is 0.120 m ahead (``mount_spacing`` of the robot's
+description), and the benchmark puts the laser 0.065 m behind it (``JACKAL_LASER_OFFSET``).
+"""
 
 
 class DriveRules(BaseModel):

@@ -11,10 +11,10 @@ from andabata.evaluation.barn_table import (
     BarnMeasures,
     barn_failures,
     failure,
+    ot_over_t,
     run_of,
     run_row,
     score,
-    uncapped,
 )
 from andabata.evaluation.statistics import clustered_mean
 from andabata.machine.planar.mover_contact import Contact
@@ -29,19 +29,26 @@ def run(time=10.0, outcome=Outcome.GOAL, controller="a", world="w0", trial=0, be
 
 
 @pytest.mark.parametrize(
-    ("time", "official", "free"),
-    [(4.0, 0.5, 1.0), (5.0, 0.5, 1.0), (8.0, 0.5, 0.625), (20.0, 0.25, 0.25), (90.0, 0.125, 0.125)],
+    ("time", "official", "ratio"),
+    [
+        (4.0, 0.5, 1.25),
+        (5.0, 0.5, 1.0),
+        (8.0, 0.5, 0.625),
+        (20.0, 0.25, 0.25),
+        (80.0, 0.125, 0.0625),
+    ],
 )
-def test_scores_of_times(time, official, free):
-    """Clipped from 2 and from 1 to 8 optimal times."""
+def test_scores_of_times(time, official, ratio):
+    """The official one is clipped from 2 to 8 optimal times, the ratio at neither end."""
     assert score(run(time)) == pytest.approx(official)
-    assert uncapped(run(time)) == pytest.approx(free)
+    assert ot_over_t(run(time)) == pytest.approx(ratio)
 
 
 @pytest.mark.parametrize("outcome", [Outcome.COLLISION, Outcome.TIMEOUT])
 def test_failures_score_nothing(outcome):
     """Whatever the time."""
-    assert score(run(1.0, outcome)) == uncapped(run(1.0, outcome)) == 0.0
+    assert score(run(1.0, outcome)) == ot_over_t(run(1.0, outcome)) == 0.0
+    assert ot_over_t(run(0.0)) == 0.0
 
 
 def test_failures_have_kinds():
@@ -85,6 +92,9 @@ def test_rows_count_by_controller_and_spread_by_world():
     reach = 2.306004 * narrow.std(ddof=1) / 3
     assert found.high - found.mean == found.mean - found.low == pytest.approx(reach, rel=1e-5)
     assert first["mean_time_s"] == pytest.approx(17.5)
+    # 0.5 and 0.25 of two runs, none of the collisions, 0.25 twice; no bound from above.
+    assert first["ot_over_t"] == pytest.approx((0.5 + 0.25 + 0.25 + 0.25) / 6)
+    assert first["ot_over_t_high"] > 0.6 > first["ot_over_t"] > first["ot_over_t_low"] == 0.0
     assert (second["score"], second["score_low"], second["score_high"]) == (0.5, 0.5, 0.5)
 
 
@@ -102,6 +112,9 @@ def test_differences_are_of_the_same_worlds_and_trials():
     assert (row["controller"], row["against"], row["worlds"]) == ("b", "a", 3)
     # 0.5 for 0.25, and 0.25 for 0.125: 0.1875, 0.25 and 0.1875 in the three worlds.
     assert row["score"] == pytest.approx((0.1875 + 0.25 + 0.1875) / 3)
+    # Half of the time is twice the ratio, which has no cap at 0.5.
+    fast = BARN_TABLE.differences([*grid("a", [[8, 8]] * 2), *grid("b", [[4, 4]] * 2)])[0]
+    assert (fast["score"], fast["ot_over_t"]) == (0.0, pytest.approx(0.625))
     assert row["success"] == 0.0
     assert row["success_low"] < 0 < row["success_high"]
     assert BARN_TABLE.differences(base) == []

@@ -79,6 +79,10 @@ def test_time_outs_truncate_and_collisions_terminate(scenes):
     assert (terminated, truncated, info["outcome"]) == (False, True, "timeout")
     assert not info["is_success"]
     assert info["reward_terms"]["collision"] == 0.0
+    rules = TerminationConfig(time_limit=0.1, timeout_terminates=True)
+    env = make_offroad("Maze2D", config.model_copy(update={"terminations": rules}), scenes=scenes)
+    env.reset(seed=0)
+    assert env.step(np.zeros(1, dtype=np.float32))[2:4] == (True, False)
     env = make_offroad(
         "Maze2D",
         config.model_copy(update={"terminations": TerminationConfig(time_limit=400.0)}),

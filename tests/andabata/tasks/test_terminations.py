@@ -115,6 +115,16 @@ def test_a_drive_that_ended_keeps_its_anchor():
     np.testing.assert_array_equal(terminations.anchors, np.zeros((3, 2)))
 
 
+@pytest.mark.parametrize("terminates", [False, True])
+def test_time_alone_cuts_drives_short_unless_it_terminates_them(terminates):
+    """Of all endings a time-out truncates; with ``timeout_terminates`` none does."""
+    config = TerminationConfig(timeout_terminates=terminates)
+    endings = np.array(list(Ending))
+    expected = [ending is Ending.TIMEOUT and not terminates for ending in Ending]
+    assert config.truncated(endings).tolist() == expected
+    assert not TerminationConfig().timeout_terminates
+
+
 @pytest.mark.parametrize("ending", list(Ending))
 def test_every_ending_has_the_outcome_of_its_name(ending):
     """Numbers and names of endings agree; ``NONE`` has no outcome."""

@@ -3,6 +3,7 @@
 import pytest
 
 from andabata.app.cli import main
+from andabata.machine.planar.lidar import TRAINING_LIDAR
 from andabata.tasks.offroad import stage_config
 from andabata.tasks.rewards import (
     GdaeRewardConfig,
@@ -10,8 +11,10 @@ from andabata.tasks.rewards import (
     RewardConfig,
     RoomRewardConfig,
 )
-from andabata.tasks.rooms.td3_config import GDAE_RADIUS, td3_config
+from andabata.tasks.rooms.catalogue import JUDGES_BY_TASK
+from andabata.tasks.rooms.td3_config import GDAE_RADIUS, Td3TaskConfig, td3_config
 from andabata.training.plans import algorithms, load_plan
+from rl.curriculum_config import world_of_level
 from worlds.rooms.catalogue import make_room
 from worlds.splits import EVALUATION_START, TRAINING_SEEDS, VALIDATION_SEEDS
 
@@ -115,6 +118,49 @@ def test_td3_drives_in_rooms_beside_the_conventional_input():
     assert rooms.model_copy(update={"environment": environment}) == sac.stages["Rooms"]
 
 
+def test_sac_paper_is_the_papers():
+    """Its curriculum, critics, losses, updates, points and policy are those of SPN as printed."""
+    plan = load_plan("sac-paper", task="spn")
+    learner, stage = plan.learner, plan.stages["Rooms"]
+    # Actor on all 1080 points with 20 features, plain dense critics of 36 windows.
+    assert (learner.actor.kind, learner.actor.features) == ("points", 20)
+    assert learner.critic_terms == ("windows", "goal", "velocity")
+    assert (learner.normalised, learner.loss, learner.state_value) == (False, "squared", True)
+    environment = stage.environment
+    assert (environment.points, environment.windows) == (1080, 36)
+    assert (environment.lidar, environment.goal_encoding) == (TRAINING_LIDAR, "polar")
+    # 500,000 steps, an update each, 100 episodes of the proportional controller, the same rate.
+    assert (stage.steps, learner.updates_per_step, learner.warmup_episodes) == (500_000, 1.0, 100)
+    assert (learner.episodes_per_iteration, learner.action_repeat) == (1, 1)
+    assert (learner.learn_temperature, plan.final_lr_scale) == (False, 1.0)
+    # Four rooms, 0.7 for the level's own; it moves on at 0.9 of its latest 50 episodes.
+    rule = stage.difficulty
+    assert environment.rooms == ("spn-env0", "spn-env1", "spn-env2", "spn-env3")
+    assert (environment.main_room_share, environment.random_rooms) == (0.7, 0)
+    assert (rule.worlds, rule.window, rule.raise_at, rule.lower_at) == (4, 50, 0.9, 0.0)
+    levels = [0.0]
+    while levels[-1] < rule.max_level:
+        levels.append(rule.after(levels[-1], [True] * 50))
+    assert [world_of_level(level, 4) for level in levels] == [0, 1, 2, 3]
+    # The last actor: nothing is averaged, and no validation chooses.
+    assert (learner.ema_rate, learner.driving_noise, plan.validate_every) == (1.0, 0.0, 0)
+    assert plan.test_every == 5000
+
+
+@pytest.mark.parametrize(
+    ("task", "name"), [(task, name) for task in ("spn", "td3") for name in JUDGES_BY_TASK[task]]
+)
+def test_rooms_that_judge_are_refused_by_name(task, name, capsys, tmp_path):
+    """No training begins in one, whatever rooms stand beside it."""
+    rooms = f'stages.Rooms.environment.rooms=["gdae","{name}"]'
+    words = ["train", "--task", task, "--set", rooms, "--quiet", "--out", str(tmp_path / "run")]
+    assert main(words) != 0
+    error = capsys.readouterr().err
+    assert "stages.Rooms.environment.rooms: expected rooms to train and to validate in" in error
+    assert f"got {name}, for judging alone; name others, such as random-0" in error
+    assert not (tmp_path / "run").exists()
+
+
 def variant(name):
     """Return the learner and the environment of a variant of TD3."""
     plan = load_plan(name, task="td3")
@@ -185,6 +231,16 @@ def test_variants_differ_from_gdae_where_they_say():
     assert improved == gdae.model_copy(update=others | {"learning_rate": 1e-4})
     assert improved.noise.sigma(100_000) == pytest.approx(0.1)
     assert environment.reward == ImprovedRewardConfig()
+    # A time-out is one of the three ends of Eq. 5; everywhere else it cuts an episode short.
+    assert environment.terminations.timeout_terminates
+    rules = environment.terminations.model_copy(update={"timeout_terminates": False})
+    assert rules == Td3TaskConfig().terminations
+    assert not any(
+        variant(other)[1].terminations.timeout_terminates
+        for other in algorithms("td3")
+        if other != "td3-improved"
+    )
+    environment = environment.model_copy(update={"terminations": rules})
     scaled, at_scaled = variant("td3-improved-scaled")
     assert scaled == improved.model_copy(update={"reward_scale": 0.05, "gamma": 0.99})
     reward = ImprovedRewardConfig(proportional=True)

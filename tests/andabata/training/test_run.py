@@ -9,6 +9,7 @@ from andabata.app.cli import main
 from andabata.configuration.settings import resolve
 from andabata.engine_processes import ProcessEngine
 from andabata.models import Models
+from andabata.tasks.rooms.config import JudgingRoomError
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import CHECKPOINT, HISTORY, POLICY, learn, read_history
 from rl.policy import load_policy
@@ -31,6 +32,17 @@ def whole(tmp_path_factory):
     """Return the folder and the figures of a run of two stages that was not interrupted."""
     folder = tmp_path_factory.mktemp("run") / "whole"
     return folder, learn(folder, small_plan(), range(2), 5)
+
+
+def test_a_stage_in_a_room_that_judges_is_refused_before_its_folder_is_full(tmp_path):
+    """A plan that was changed without a check is checked by the run itself."""
+    plan = load_plan("sac-1d", task="spn")
+    stage = plan.stages["Rooms"]
+    rooms = stage.environment.model_copy(update={"rooms": ("spn-env0", "spn-env6")})
+    stages = {"Rooms": stage.model_copy(update={"environment": rooms})}
+    with pytest.raises(JudgingRoomError, match="got spn-env6, for judging alone"):
+        learn(tmp_path, plan.model_copy(update={"stages": stages}), range(1), 0)
+    assert not (tmp_path / CHECKPOINT).exists()
 
 
 def same_files(first, second):

@@ -47,7 +47,9 @@ def test_results_as_json_as_tables_and_in_a_folder(capsys, tmp_path):
     assert main([*words, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert [row["controller"] for row in data["rows"]] == ["straight", "random"]
-    assert {"score", "uncapped", "score_low", "collisions"} <= set(data["rows"][0])
+    assert {"score", "ot_over_t", "score_low", "ot_over_t_high", "collisions"} <= set(
+        data["rows"][0]
+    )
     assert data["differences"][0]["against"] == "straight"
     assert len(data["failures"]) == sum(4 - row["successes"] for row in data["rows"])
     for name in ("evaluation.json", "run.json", "worlds.jsonl"):
@@ -56,15 +58,15 @@ def test_results_as_json_as_tables_and_in_a_folder(capsys, tmp_path):
     assert json.loads(capsys.readouterr().out) == data
     assert main([*words, "--quiet"]) == 0
     text = capsys.readouterr().out
-    assert all(word in text for word in ("score", "uncapped", "hit", "late", "Differences"))
+    assert all(word in text for word in ("score", "OT / t", "hit", "late", "Differences"))
 
 
 def test_one_controller_has_no_differences():
     """Tables without a second controller are two."""
     row = {"worlds": 1, "runs": 1, "successes": 1, "collisions": 0, "timeouts": 0, "never_left": 0}
     row |= {"success_rate": 1.0, "success_low": 0.2, "success_high": 1.0, "controller": "gap"}
-    row |= {"mean_time_s": 9.0, "mean_speed_ratio": 0.5, "score": 0.5, "uncapped": 0.5}
-    row |= {f"{name}_{end}": None for name in ("score", "uncapped") for end in ("low", "high")}
+    row |= {"mean_time_s": 9.0, "score": 0.5, "ot_over_t": 0.5}
+    row |= {f"{name}_{end}": None for name in ("score", "ot_over_t") for end in ("low", "high")}
     data = {"rows": [row], "differences": [], "about": "light simulator"}
     assert len(barn_tables(data).renderables) == 2
 

@@ -25,6 +25,30 @@ def test_a_field_of_view_ends_in_beams(name, count):
     assert bearings[-1] == pytest.approx(laser.fov_deg / 2)
 
 
+@pytest.mark.parametrize(
+    ("name", "label", "beams", "edges"),
+    [
+        ("full-fine", "360|0.5|10|0", 720, (-180, 179.5)),
+        ("hokuyo-270", "270|0.25|30|0", 1081, (-135, 135)),
+        ("wide-270", "270|0.5|10|0", 541, (-135, 135)),
+        ("front-220", "220|1|5|0", 221, (-110, 110)),
+        ("front-180", "180|1|10|0", 181, (-90, 90)),
+        ("ten-beams", "180|20|10|0", 10, (-90, 90)),
+        ("ten-beams-forward", "180|20|10|0.05", 10, (-90, 90)),
+    ],
+)
+def test_the_seven_lasers_are_what_their_labels_say(name, label, beams, edges):
+    """Field of view, resolution, range and place are the label's, and so are the beams."""
+    assert len(PLANAR_LIDARS) == 7
+    laser, (fov, resolution, reach, ahead) = PLANAR_LIDARS[name], map(float, label.split("|"))
+    assert (laser.label, laser.max_range, laser.x) == (label, reach, ahead)
+    assert (laser.y, laser.yaw_deg, laser.count) == (0, 0, beams)
+    bearings = np.degrees(laser.bearings)
+    np.testing.assert_allclose((bearings[0], bearings[-1]), edges, atol=1e-9)
+    np.testing.assert_allclose(np.diff(bearings), resolution)
+    assert np.ptp(bearings) == pytest.approx(fov if fov < 360 else fov - resolution)
+
+
 def test_a_resolution_that_does_not_divide_the_view_stays_inside_it():
     """Beams keep their distance, are centred, and do not leave the field of view."""
     laser = PlanarLidarConfig(fov_deg=100, resolution_deg=30)

@@ -17,6 +17,7 @@ from andabata.navigation.planar.constant_arcs import (
     _time_left,
 )
 from andabata.navigation.planar.time_to_go import TimeField
+from andabata.navigation.planning.geofence_bounds import EVERYWHERE
 
 VEHICLE = PLANAR_VEHICLES["barn"]
 DISCS = body_discs(VEHICLE.footprint)
@@ -127,6 +128,43 @@ def test_an_arc_that_reaches_the_goal_ends_there():
     slow, fast, still = costs([(0.5, 0), (1, 0), (0, 0)], goal=(0.5, 0.0))
     assert fast - slow == pytest.approx(-0.2, abs=0.06)
     assert slow < still
+
+
+def test_the_goal_counts_before_a_later_contact_but_not_before_one_in_the_same_step():
+    """A post behind the goal is not met: the arc ends before it. One at the goal is."""
+    goal, limits = (0.525, 0.0), {"margin": 0.03}
+    # The robot arrives at x = 0.25 m with its front at 0.504 m; a disc of it has y = 0.11 m.
+    (free,) = costs([(1, 0)], goal=goal)
+    (behind,) = costs([(1, 0)], [(0.7, 0.11)], goal=goal, **limits)
+    assert behind == free
+    (without,) = costs([(1, 0)], [(0.7, 0.11)], **limits)
+    (at_the_goal,) = costs([(1, 0)], [(0.51, 0.11)], goal=goal, **limits)
+    assert min(at_the_goal, without) > 1e4
+
+
+def test_ground_in_doubt_and_unknown_ground_take_no_longer():
+    """Cells between free and obstacle, and cells not seen, leave the time to go as it is."""
+
+    def times(config):
+        robot = ConstantArcsNavigator(VEHICLE, config)
+        layer, position, goal = robot._hits, np.zeros(2), np.array([2.5, 0.0])
+        found = []
+        for share in (0.0, 0.6, -0.6):
+            doubt = np.full_like(layer.log_odds, share * layer.config.lethal_log_odds)
+            robot._plan.reset()
+            robot._plan.plan(doubt, layer.centre, EVERYWHERE, position, goal, layer.places)
+            found.append(robot._plan.cost_to_go.copy())
+        return found
+
+    config = ConstantArcsConfig()
+    unknown, doubtful, free = times(config)
+    np.testing.assert_array_equal(unknown, free)
+    np.testing.assert_array_equal(doubtful, free)
+    for name, changed in (("unknown_cost", 0), ("uncertain_cost", 1)):
+        costs_of = config.costs.model_copy(update={name: 3.0})
+        found = times(config.model_copy(update={"costs": costs_of}))
+        known = np.isfinite(free) & np.isfinite(found[changed])
+        assert found[changed][known].max() > 1.5 * free[known].max()
 
 
 def test_the_heading_at_the_end_costs_its_angle_to_the_way():

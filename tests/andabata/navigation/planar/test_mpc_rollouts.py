@@ -127,6 +127,15 @@ def test_arrival_ends_a_rollout_and_earlier_is_cheaper():
     assert fast == pytest.approx(-(39 - 9) * PERIOD, abs=2 * PERIOD)
 
 
+def test_the_goal_counts_before_a_later_contact_but_not_before_one_in_the_same_period():
+    """A post behind the goal is not met: the rollout ends before it. One at the goal is."""
+    goal = (-0.975, 0.0)
+    # The robot arrives at x = -1.25 m with its front at -0.996 m.
+    assert priced((1.0, 0.0), [(-0.8, 0.0)], goal=goal) == priced((1.0, 0.0), goal=goal)
+    assert priced((1.0, 0.0), [(-0.8, 0.0)]) > 100.0
+    assert priced((1.0, 0.0), [(-0.99, 0.0)], goal=goal) > 100.0
+
+
 def test_a_way_backwards_costs_by_its_length():
     """2 s at 0.5 m/s backwards lead 1 m away from the goal, and cost a metre."""
     for cost in (0.0, 3.0):

@@ -54,10 +54,10 @@ def test_times_rise_to_the_share_that_arrived():
     np.testing.assert_allclose(line.get_data(), [[1.5, 2.0, 4.0], [0.25, 0.5, 0.75]])
 
 
-def test_scores_stand_with_and_without_their_cap():
+def test_scores_stand_beside_the_ratio_of_times():
     """A navigator has two dots; one without an interval has no bar."""
     found = {"score": 0.4, "score_low": 0.35, "score_high": 0.45}
-    found |= {"uncapped": 0.8, "uncapped_low": None, "uncapped_high": None}
+    found |= {"ot_over_t": 0.8, "ot_over_t_low": None, "ot_over_t_high": None}
     axes = evaluation.scores_figure([{"controller": "gap"} | found]).axes[0]
     shown = [np.ravel(line.get_xdata()).tolist() for line in axes.lines]
     assert shown[:3] == [[0.4], [0.35, 0.45], [0.8]]

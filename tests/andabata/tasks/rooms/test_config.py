@@ -5,10 +5,16 @@ import pytest
 from pydantic import ValidationError
 
 from andabata.tasks.rewards import GdaeRewardConfig, ImprovedRewardConfig, RoomRewardConfig
-from andabata.tasks.rooms.config import named_parts, room_actions
+from andabata.tasks.rooms.catalogue import JUDGES_BY_TASK
+from andabata.tasks.rooms.config import (
+    JudgingRoomError,
+    named_parts,
+    refuse_judging_rooms,
+    room_actions,
+)
 from andabata.tasks.rooms.spn_config import SpnConfig
 from andabata.tasks.rooms.td3_config import Td3TaskConfig
-from worlds.rooms.catalogue import make_room
+from worlds.rooms.catalogue import make_room, room_names
 
 
 def test_a_pool_follows_the_named_rooms():
@@ -29,6 +35,40 @@ def test_snapshots_are_compared_in_rooms_that_no_pool_holds():
     assert not set(unseen) & set(config.all_rooms)
     assert all(name.startswith("clutter-movers-") for name in unseen)
     assert Td3TaskConfig.model_validate(config.unseen.model_dump()) == config.unseen
+
+
+JUDGES = [name for name in room_names() if make_room(name).judges]
+
+
+def test_the_rooms_of_the_comparisons_are_those_that_judge():
+    """No more and no fewer: a room that is compared in, and could be trained in, has no use."""
+    assert sorted(JUDGES) == sorted(name for names in JUDGES_BY_TASK.values() for name in names)
+
+
+@pytest.mark.parametrize("name", JUDGES)
+def test_rooms_that_judge_are_refused_by_name(name):
+    """In training and in validation, alone or beside others; the message says what to do."""
+    for config in (SpnConfig(rooms=(name,)), Td3TaskConfig(rooms=("gdae", name), random_rooms=1)):
+        for one in (config, config.unseen, config.fixed):
+            with pytest.raises(JudgingRoomError, match=f"got {name}, for judging alone; name oth"):
+                refuse_judging_rooms(one)
+
+
+def test_a_judging_room_of_a_file_is_refused_too(tmp_path):
+    """What counts is what the room says, not where it stands."""
+    file = tmp_path / "mine.toml"
+    file.write_text('about = "mine"\nhalf = [2, 2]\njudges = true\n')
+    with pytest.raises(JudgingRoomError, match=r"mine\.toml"):
+        refuse_judging_rooms(SpnConfig(rooms=(str(file),)))
+    file.write_text('about = "mine"\nhalf = [2, 2]\n')
+    refuse_judging_rooms(SpnConfig(rooms=(str(file),)))
+
+
+def test_rooms_to_train_in_are_not_refused():
+    """Defaults, and random rooms by the kind or by name."""
+    for config in (SpnConfig(), Td3TaskConfig(), SpnConfig(rooms=("random-7300",))):
+        for one in (config, config.unseen):
+            refuse_judging_rooms(one)
 
 
 def test_a_task_is_somewhere():

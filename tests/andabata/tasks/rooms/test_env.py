@@ -98,6 +98,17 @@ def test_time_ends_a_drive_after_400_steps():
     assert total == pytest.approx(-8.0)
 
 
+def test_time_terminates_a_drive_where_the_rules_say_so():
+    """The improved TD3's time-out is an end like a collision (Guo et al., Eq. 5)."""
+    rules = TerminationConfig(goal_radius=0.3, time_limit=0.4, timeout_terminates=True)
+    env = robots(terminations=rules)
+    env.reset(seed=0, options=drive(0.0, 0.0, 0.0, (3.0, 0.5)))
+    step(env, STAND)
+    _, _, terminated, truncated, info = step(env, STAND)
+    assert (terminated[0], truncated[0]) == (True, False)
+    assert (info["outcome"].tolist(), info["is_success"].tolist()) == (["timeout"], [False])
+
+
 def test_turns_are_counted():
     """Turning on the spot at full rate for 30 steps is one turn."""
     env = robots(terminations=TerminationConfig(goal_radius=0.3, time_limit=6.0))

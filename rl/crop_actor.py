@@ -75,6 +75,17 @@ class CropActor(nn.Module):
         prices: Tensor = self.layers[-1](x)
         return prices
 
+    def load(self, policy: Policy) -> None:
+        """Take the weights of a policy of the same layers."""
+        weights, own = policy.tensors(), {}
+        for name in self._crops:
+            own |= {f"{name}.{k}": layer for k, layer in enumerate(self._convolutions_of(name))}
+        own |= {f"layer{k}": layer for k, layer in enumerate(self.layers)}
+        with torch.no_grad():
+            for name, layer in own.items():
+                for part, tensor in layer.named_parameters():
+                    tensor.copy_(torch.from_numpy(weights[f"{name}.{part}"]))
+
     def _convolutions_of(self, name: str) -> nn.ModuleList:
         """Return the convolutions of a crop."""
         layers = self.convolutions[name]

@@ -77,7 +77,8 @@ class CropActor(nn.Module):
 
     def load(self, policy: Policy) -> None:
         """Take the weights of a policy of the same layers."""
-        weights, own = policy.tensors(), {}
+        weights = policy.tensors()
+        own: dict[str, nn.Module] = {}
         for name in self._crops:
             own |= {f"{name}.{k}": layer for k, layer in enumerate(self._convolutions_of(name))}
         own |= {f"layer{k}": layer for k, layer in enumerate(self.layers)}

@@ -25,6 +25,9 @@ FAR_CHANNELS = ("blocked", "free", "unknown", "clearance", "nearer")
 """Channels of the far crop: the most of what blocks in each of its cells, shares of free and
 unknown cells, the least clearance."""
 
+_PARTS = 5
+"""Places of the map along each edge of a far cell: an obstacle of two cells is never missed."""
+
 _GRADE = 8.0
 """Distance to or from the goal that counts as entirely nearer or farther [m]."""
 
@@ -121,9 +124,9 @@ def _write_far(
     for row in range(FAR_CELLS):
         for column in range(FAR_CELLS):
             blocked, free, unknown, clearance = 0.0, 0.0, 0.0, 1.0
-            for part in range(9):
-                ahead = (row + (part // 3 + 0.5) / 3.0) * FAR_CELL - FAR_BEHIND
-                aside = (column + (part % 3 + 0.5) / 3.0) * FAR_CELL - half
+            for part in range(_PARTS * _PARTS):
+                ahead = (row + (part // _PARTS + 0.5) / _PARTS) * FAR_CELL - FAR_BEHIND
+                aside = (column + (part % _PARTS + 0.5) / _PARTS) * FAR_CELL - half
                 x, y = position[0] + c * ahead - s * aside, position[1] + s * ahead + c * aside
                 known = _log_odds_at(around, x, y)
                 blocked = max(blocked, _blocked(around, known))
@@ -131,8 +134,8 @@ def _write_far(
                 unknown += known == 0.0
                 clearance = min(clearance, _clearance_at(around, x, y))
             crop[0, row, column] = blocked
-            crop[1, row, column] = free / 9.0
-            crop[2, row, column] = unknown / 9.0
+            crop[1, row, column] = free / (_PARTS * _PARTS)
+            crop[2, row, column] = unknown / (_PARTS * _PARTS)
             crop[3, row, column] = clearance
             ahead, aside = (row + 0.5) * FAR_CELL - FAR_BEHIND, (column + 0.5) * FAR_CELL - half
             nearer = away - np.hypot(goal[0] - ahead, goal[1] - aside)

@@ -56,9 +56,8 @@ def map_observations(robot: RobotModel, has_subgoal: bool) -> ObservationSpec:
             ("map_far", FAR_CHANNELS, FAR_CELLS),
         )
     )
-    goals = (_numbers("goal", 3, 1.0, "1"),)
-    if has_subgoal:
-        goals += (_numbers("subgoal", 3, 1.0, "1"),)
+    names = ("goal", "subgoal") if has_subgoal else ("goal",)
+    goals = tuple(_numbers(name, 3, 1.0, "1") for name in names)
     motion = (
         _numbers("previous_speed", 1, MAX_SPEED_SCALE * robot.speed, "m/s"),
         _numbers("previous_actions", 2, robot.max_steering, "rad/s"),

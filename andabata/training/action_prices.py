@@ -49,7 +49,7 @@ class ActionPricesConfig(BaseModel):
     arc_speed: float = Field(default=0.45, gt=0)
     rates: tuple[float, ...] = (-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0)
     contact: float = Field(default=100.0, ge=0)
-    haste: float = Field(default=2.0, ge=0)
+    haste: float = Field(default=3.0, ge=0)
     turn: float = Field(default=1.0, ge=0)
     reversal: float = Field(default=1.5, ge=0)
     arrival: float = Field(default=0.6, gt=0)
@@ -265,22 +265,27 @@ def _drive(
 
 @kernel
 def _rest(x: float, y: float, yaw: float, field: TimeField, motion: _Motion, turn: float) -> float:
-    """Return the time of the way on from a pose [s]."""
-    i, j = _node(field, x, y)
-    time = field.times[i, j]
-    if not np.isfinite(time):
-        return _NO_WAY
-    off = field.directions[i, j] - yaw
-    return float(time) + turn * abs(np.arctan2(np.sin(off), np.cos(off)))
+    """Return the time of the way on from a pose [s].
 
-
-@kernel
-def _node(field: TimeField, x: float, y: float) -> tuple[int, int]:
-    """Return the node of a place, the nearest of the grid for places beyond it."""
+    Times are those between the nodes around the place from which a way leads on: by the nearest one
+    alone, actions that differ by less than a node would cost the same.
+    """
     n, m = field.times.shape
-    i = int(np.floor((x - field.corner[0]) / field.edge))
-    j = int(np.floor((y - field.corner[1]) / field.edge))
-    return min(max(i, 0), n - 1), min(max(j, 0), m - 1)
+    u = min(max((x - field.corner[0]) / field.edge - 0.5, 0.0), n - 2.0)
+    v = min(max((y - field.corner[1]) / field.edge - 0.5, 0.0), m - 2.0)
+    i, j = int(u), int(v)
+    total = weight = 0.0
+    for p in range(2):
+        for q in range(2):
+            time = field.times[i + p, j + q]
+            share = (1.0 - abs(i + p - u)) * (1.0 - abs(j + q - v))
+            if np.isfinite(time):
+                total += share * time
+                weight += share
+    if weight < 1e-6:
+        return _NO_WAY
+    off = field.directions[min(int(u + 0.5), n - 1), min(int(v + 0.5), m - 1)] - yaw
+    return total / weight + turn * abs(np.arctan2(np.sin(off), np.cos(off)))
 
 
 @kernel

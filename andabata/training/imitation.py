@@ -173,12 +173,20 @@ def fit(
         seed: Seed of the weights and of the order.
         info: Description for the policy, to which its loss and regret are added.
         start: Policy from whose weights to begin, None for fresh ones.
+
+    Raises:
+        ValueError: If there are no labels.
     """
     import torch
 
     from rl.crop_actor import CropActor
     from rl.networks import use_one_thread
 
+    if not len(labels.prices):
+        raise ValueError(
+            "drives: expected decisions to learn from, got none: a robot decides from its first "
+            "scan on, 2 to 3 s after its start; give a longer driving.terminations.time_limit"
+        )
     use_one_thread()
     torch.manual_seed(seed)
     rng = np.random.default_rng([seed, len(labels.prices)])

@@ -4,6 +4,7 @@ Each crop passes its own convolutions of stride 2; what is left of them and the 
 dense layers to a price for every action, and the cheapest is driven.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -191,7 +192,7 @@ class CropPricesPolicy:
         return np.array([self.best(row) for row in observations])
 
     def explore_many(
-        self, observations: NDArray[np.float32], rngs: list[np.random.Generator]
+        self, observations: NDArray[np.float32], rngs: Sequence[np.random.Generator]
     ) -> NDArray[np.float64]:
         """Return ``explore`` of each row and its generator, shape (n, n_actions)."""
         pairs = zip(observations, rngs, strict=True)

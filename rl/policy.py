@@ -25,6 +25,7 @@ _SUM = "sha256"
 """Entry of the description that holds the SHA-256 of the file's content."""
 
 _ARCHITECTURES = {
+    "crop_prices": "rl.policies.crop_prices:CropPricesPolicy",
     "deterministic": "rl.policies.deterministic:DeterministicPolicy",
     "mlp": "rl.policies.mlp:MlpPolicy",
     "point_set": "rl.policies.point_set:PointSetPolicy",

@@ -73,6 +73,7 @@ TESTED_BY = {
     "andabata/replay/recorded_drive": f"{REPLAY}test_replay.py",
     "andabata/training/expert_labels": "tests/andabata/training/test_distillation.py",
     "rl/curriculum_config": "tests/rl/test_curriculum.py",
+    "rl/policies/crop_prices": "tests/rl/test_crop_actor.py",
     "rl/policies/point_features": "tests/rl/policies/test_point_set.py",
     "traversability/cells/columns": "tests/traversability/cells/test_shape.py",
     "worlds/rays/geometry": "tests/worlds/rays/test_ground.py",

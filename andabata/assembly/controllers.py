@@ -9,6 +9,7 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig, at_world
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.models import Models, shipped_policy
 from andabata.navigation.controller import Controller, Steering
+from andabata.navigation.map_observation import sees_map
 from andabata.navigation.null_controllers import AwayController, RandomController
 from andabata.navigation.oracle import OracleController
 from andabata.navigation.planning.local_planner import LocalPlanner
@@ -95,7 +96,9 @@ def make_steering(
         return Steering(oracle, action_repeat=config.rollouts.action_repeat, knows_truth=True)
     inner = _WITH_PLANNER.get(name, name)
     controller = _MAKERS[inner](config, models or Models(), rng or np.random.default_rng(0))
-    if inner == name:
+    # A policy that sees the map alone steers; the planner keeps the map, and checks nothing.
+    keeps_map = inner == "policy" and sees_map((models or Models()).policy.observations)
+    if inner == name and not keeps_map:
         return Steering(controller)
     repeat = config.rollouts.action_repeat
     settings = config.local_planner.decimated(repeat)
@@ -103,7 +106,7 @@ def make_steering(
         config.grid,
         settings,
         config.robot,
-        config.rollouts,
+        None if inner == name else config.rollouts,
         config.arrival.distance,
         make_prior_map(config if world is None else at_world(config, world), world),
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from andabata.machine.kinematics import Twist
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import VehicleState
+from andabata.navigation.map_crops import RobotMap
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from traversability.virtual_scan import VirtualScan
 from worlds.world import Geofence
@@ -30,6 +31,8 @@ class ControllerInput(NamedTuple):
         goal: Goal in the map [m], shape (2,).
         truth: True state, for the oracle alone (simulation only).
         geofence: Bounds in the map that a field robot is given with its goals, or None.
+        previous_speed: Last executed speed [m/s].
+        around: Map of the planner, valid until its next scan; None without a planner.
     """
 
     stamp: float
@@ -43,6 +46,8 @@ class ControllerInput(NamedTuple):
     goal: NDArray[np.float64]
     truth: VehicleState | None = None
     geofence: Geofence | None = None
+    previous_speed: float = 0.0
+    around: RobotMap | None = None
 
 
 class Controller(Protocol):

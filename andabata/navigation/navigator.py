@@ -108,7 +108,7 @@ class Navigator:
         self._goal, self._has_goal = np.zeros(2), False
         self._command = _STANDSTILL
         self._repeats_left = 0
-        self._previous_steering = (0.0, 0.0)
+        self._previous_steering, self._previous_speed = (0.0, 0.0), 0.0
         self.observers: list[Observer] = []
         self.spectators: list[Observer] = []
         self.start: tuple[Pose, float] | None = None
@@ -139,7 +139,7 @@ class Navigator:
         self._planner.reset()
         if self._controller is not None:
             self._controller.reset()
-        self._previous_steering = (0.0, 0.0)
+        self._previous_steering, self._previous_speed = (0.0, 0.0), 0.0
         self._repeats_left = 0
         self._arrival.reset()
 
@@ -245,6 +245,7 @@ class Navigator:
         elif health is Health.DISORIENTED and abs(twist.linear) > _CREEP_SPEED:
             twist = Twist(math.copysign(_CREEP_SPEED, twist.linear), twist.angular)
         self._previous_steering = (twist.angular, self._previous_steering[0])
+        self._previous_speed = twist.linear
         return twist, self._kinematics.wheel_speeds(twist.linear, twist.angular)
 
     def _required_controller(self) -> Controller:
@@ -290,6 +291,7 @@ class Navigator:
             goal=self._goal,
             truth=readings.truth,
             geofence=self.geofence,
+            previous_speed=self._previous_speed,
         )
         return self._planner.guide(situation, self._perception.layers)
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from andabata.machine.kinematics import Twist
 from andabata.navigation.controller import ControllerInput
+from andabata.navigation.map_observation import MAP_TERMS
 from rl.policy import Policy, with_observations
 from rl.spaces import ActionSpec, ObservationSpec, points_of, steering_points
 
@@ -90,5 +91,6 @@ _TERMS: dict[str, Any] = {
     "mask": lambda situation: points_of(situation.scan.known())[1],
     "previous_actions": lambda situation: situation.previous_steering,
     "heading_error": lambda situation: [situation.heading_error],
+    **MAP_TERMS,
 }
 """Parts of observations that a situation gives, by name."""

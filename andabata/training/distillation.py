@@ -1,11 +1,8 @@
-"""Distillation of the sampling MPC into a policy (DAgger; Ross, Gordon and Bagnell 2011).
+"""Distillation of the sampling MPC into a policy, in rounds of driving and fitting.
 
-Each round drives in generated fields by turns of the expert and of the last policy, and labels
-every state with the expert's command; then a network is fitted to all labels so far. What the
-policy gets into by its own mistakes is labelled, too, which drives of the expert alone never show.
+Each round drives in generated fields; every state is labelled with the expert's command.
 """
 
-import io
 import math
 from collections.abc import Callable
 from functools import partial
@@ -17,16 +14,15 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andabata.engine_processes import run_tasks
 from andabata.navigation.planar.distilled_observation import ACTIONS, OBSERVATIONS, mirrored
-from andabata.runs import atomic_io
-from andabata.runs.folder import commit, make_folder
-from andabata.runs.strict_json import dumps
+from andabata.runs.folder import commit
+from andabata.training.dagger import Arrays, check_rounds, run_rounds
 from andabata.training.expert_labels import (
     LabelledDrive,
     LabelledDriveConfig,
     Labels,
     drive_and_label,
 )
-from rl.policy import Policy, load_policy
+from rl.policy import Policy
 
 
 class DistillationConfig(BaseModel):
@@ -61,16 +57,7 @@ class DistillationConfig(BaseModel):
     @model_validator(mode="after")
     def _check_rounds(self) -> Self:
         """Refuse rounds without drives or without a driver."""
-        if len(self.expert_shares) != len(self.drives) or min(self.drives) < 1:
-            raise ValueError(
-                f"drives, expert_shares: expected one number for each round, 1 drive at least, got "
-                f"{self.drives} and {self.expert_shares}"
-            )
-        if self.expert_shares[0] != 1.0 or not all(0 <= share <= 1 for share in self.expert_shares):
-            raise ValueError(
-                f"expert_shares: expected 1 in the first round, which has no policy, and shares "
-                f"from 0 to 1, got {self.expert_shares}"
-            )
+        check_rounds(self.drives, self.expert_shares, "expert_shares")
         return self
 
 
@@ -112,86 +99,62 @@ def distill_mpc(
     Raises:
         ValueError: If the folder holds another distillation, or its files are damaged.
     """
-    _check_folder(config, seed, folder)
-    labels_by_round: list[Labels] = []
-    results: list[RoundResult] = []
-    policy: Policy | None = None
-    for k in range(len(config.drives)):
-        labels, reached = _labels(config, seed, folder, k, policy, workers, on_drive)
-        labels_by_round.append(labels)
-        file = folder / f"round-{k}.safetensors"
-        if file.exists():
-            policy = load_policy(file)
-        else:
-            # Labels of all rounds (DAgger, Ross et al. 2011): fitted to the last round's alone, a
-            # policy forgets the states that the rounds before had led it to.
-            together = Labels(
-                *(np.concatenate(parts) for parts in zip(*labels_by_round, strict=True))
-            )
-            info = {"config": config.model_dump(mode="json"), "seed": seed, "commit": commit()}
-            info |= {"round": k, "labels": len(together.shares), "reached": reached}
-            is_last = k == len(config.drives) - 1
-            epochs = config.last_epochs if is_last else config.epochs
-            policy = fit(together, config, epochs, seed, info, policy)
-            atomic_io.write(file, policy.to_bytes())
-        results.append(
-            RoundResult(k, policy.info["labels"], policy.info["reached"], policy.info["loss"])
-        )
-    assert policy is not None
-    return policy, results
+    policies = run_rounds(
+        folder,
+        {"config": config.model_dump(mode="json"), "seed": seed},
+        len(config.drives),
+        lambda k, policy: _labels(config, seed, k, policy, workers, on_drive),
+        lambda k, rounds, start: _fitted(config, seed, k, rounds, start),
+        lambda k: None if on_drive is None else on_drive(k, config.drives[k]),
+    )
+    infos = [policy.info for policy in policies]
+    results = [
+        RoundResult(k, info["labels"], info["reached"], info["loss"])
+        for k, info in enumerate(infos)
+    ]
+    return policies[-1], results
 
 
 def _labels(
     config: DistillationConfig,
     seed: int,
-    folder: Path,
     k: int,
     policy: Policy | None,
     workers: int,
     on_drive: Callable[[int, int], None] | None,
-) -> tuple[Labels, float]:
-    """Return the labels of a round from its file, or drive them, and the share that arrived."""
-    file = folder / f"round-{k}.npz"
-    if not file.exists():
-        first = sum(config.drives[:k])
-        drives = [
-            LabelledDrive(first + n, config.expert_shares[k]) for n in range(config.drives[k])
-        ]
-        data = None if policy is None else policy.to_bytes()
-        work = partial(drive_and_label, config.driving, seed, data)
-        driven = []
-        for _, one in run_tasks(work, drives, workers):
-            driven.append(one)
-            if on_drive is not None:
-                on_drive(k, 1)
-        buffer = io.BytesIO()
-        np.savez(
-            buffer,
-            observations=np.concatenate([labels.observations for labels, _ in driven]),
-            shares=np.concatenate([labels.shares for labels, _ in driven]),
-            reached=np.mean([arrived for _, arrived in driven]),
-        )
-        atomic_io.write(file, buffer.getvalue())
-    elif on_drive is not None:
-        on_drive(k, config.drives[k])
-    with np.load(file, allow_pickle=False) as kept:
-        return Labels(kept["observations"], kept["shares"]), float(kept["reached"])
+) -> Arrays:
+    """Return the labels of a round, and the share of its drives that arrived."""
+    first = sum(config.drives[:k])
+    drives = [LabelledDrive(first + n, config.expert_shares[k]) for n in range(config.drives[k])]
+    data = None if policy is None else policy.to_bytes()
+    work = partial(drive_and_label, config.driving, seed, data)
+    driven = []
+    for _, one in run_tasks(work, drives, workers):
+        driven.append(one)
+        if on_drive is not None:
+            on_drive(k, 1)
+    return {
+        "observations": np.concatenate([labels.observations for labels, _ in driven]),
+        "shares": np.concatenate([labels.shares for labels, _ in driven]),
+        "reached": np.array(np.mean([arrived for _, arrived in driven])),
+    }
 
 
-def _check_folder(config: DistillationConfig, seed: int, folder: Path) -> None:
-    """Write what a folder holds, or refuse one that holds something else.
+def _fitted(
+    config: DistillationConfig, seed: int, k: int, rounds: list[Arrays], start: Policy | None
+) -> Policy:
+    """Return the policy of a round.
 
-    Raises:
-        ValueError: If it holds another distillation.
+    Labels of all rounds: fitted to the last round's alone, a policy forgets the states that the
+    rounds before had led it to.
     """
-    file = make_folder(folder) / "distillation.json"
-    description = dumps({"config": config.model_dump(mode="json"), "seed": seed}, indent=1)
-    if file.exists() and file.read_text() != description:
-        raise ValueError(
-            f"{folder}: expected a distillation with these settings and this seed, got another "
-            "one; give another --out"
-        )
-    atomic_io.write(file, description.encode())
+    observations, shares = (
+        np.concatenate([one[name] for one in rounds]) for name in ("observations", "shares")
+    )
+    info = {"config": config.model_dump(mode="json"), "seed": seed, "commit": commit()}
+    info |= {"round": k, "labels": len(shares), "reached": float(rounds[-1]["reached"])}
+    epochs = config.last_epochs if k == len(config.drives) - 1 else config.epochs
+    return fit(Labels(observations, shares), config, epochs, seed, info, start)
 
 
 def fit(

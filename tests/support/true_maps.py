@@ -27,3 +27,16 @@ def slope(angle_deg: float, n: int = 101, cell: float = 0.2) -> np.ndarray:
 def solid_at(truth: TraversabilityMap, x: ArrayLike, y: ArrayLike) -> np.ndarray:
     """Return True at each place [m] with a solid object."""
     return np.isin(truth.reason_at(np.asarray(x), np.asarray(y)), (Reason.SOLID, Reason.LOW))
+
+
+def map_of_blocks(blocks=(), n=200, cell=0.1):
+    """Return a true map of ``n`` cells a side with forbidden rectangles (x0, x1, y0, y1) [m]."""
+    x, y = np.meshgrid(*[(np.arange(n) + 0.5) * cell] * 2, indexing="ij")
+    clearance = np.full((n, n), 5.0)
+    for x0, x1, y0, y1 in blocks:
+        aside, along = np.maximum(x0 - x, x - x1), np.maximum(y0 - y, y - y1)
+        away = np.hypot(np.maximum(aside, 0), np.maximum(along, 0))
+        clearance = np.minimum(clearance, away)
+    reason = np.where(clearance > 0, Reason.FREE, Reason.SOLID).astype(np.uint8)
+    severity = np.full((n, n), -5.0, dtype=np.float32)
+    return TraversabilityMap(cell, 0.0, 0.0, reason, severity, clearance.astype(np.float32))

@@ -10,7 +10,8 @@ from andabata.app.options.models import PolicyOptions
 from andabata.app.options.shared import ConsoleOptions, Seed, SettingsOptions, Workers
 
 app = typer.Typer(
-    no_args_is_help=True, help="Describe a policy, export it, or distill one from the sampling MPC."
+    no_args_is_help=True,
+    help="Describe a policy, export it, or teach one: by the sampling MPC, or by the true map.",
 )
 
 
@@ -92,4 +93,42 @@ def distill(
     result = {"policy": str(file), "bytes": len(data), "rounds": [one._asdict() for one in rounds]}
     last = rounds[-1]
     text = f"{file}: {len(data)} bytes, from {last.labels} labels, loss {last.loss:.4f}"
+    console.result(result, text)
+
+
+@app.command("imitate")
+@command
+def imitate_map(
+    *,
+    out: Annotated[Path, typer.Option(help="Folder of the rounds and of the policy.")] = Path(
+        "data/runs/imitated"
+    ),
+    settings: SettingsOptions,
+    seed: Seed = 0,
+    workers: Workers = 2,
+    output: ConsoleOptions,
+) -> None:
+    """Teach a policy that sees the robot's map, by prices of all actions on the true map.
+
+    It drives as controller policy with --policy. An imitation that was killed goes on with its next
+    round if it is called again.
+
+    Examples:
+        andabata policy imitate --out data/runs/imitated
+        andabata policy imitate --set drives=[20,20] --set teacher_shares=[1.0,0.3]
+    """
+    from andabata.runs import atomic_io
+    from andabata.training.imitation import ImitationConfig, imitate
+
+    config = settings.resolve(ImitationConfig)
+    console = output.console()
+    with console.progress("drives", sum(config.drives)) as step:
+        policy, rounds = imitate(
+            config, seed, out, workers, lambda k, count: step(count, f"round {k + 1}")
+        )
+    file, data = out / "policy.safetensors", policy.to_bytes()
+    atomic_io.write(file, data)
+    result = {"policy": str(file), "bytes": len(data), "rounds": [one._asdict() for one in rounds]}
+    last = rounds[-1]
+    text = f"{file}: {len(data)} bytes, from {last.labels} labels, regret {last.regret:.3f} s"
     console.result(result, text)

@@ -19,6 +19,7 @@ from andabata.machine.pose import Pose, wrap
 from andabata.machine.robot import RobotModel
 from andabata.navigation.arrival import ARRIVAL_DISTANCE
 from andabata.navigation.controller import ControllerInput
+from andabata.navigation.map_crops import RobotMap
 from andabata.navigation.mover_tracks import TrackedMovers
 from andabata.navigation.planning.cartesian_layers import CartesianLayers
 from andabata.navigation.planning.cost_map import CostConfig, CostWeights, Passage
@@ -165,7 +166,23 @@ class LocalPlanner:
         reach = self.config.max_lookahead
         ranges = self.occupancy.end_ranges(scan.ranges, position, yaw, reach)
         ended = VirtualScan(ranges, scan.max_range, scan.log_odds)
-        return situation._replace(heading_error=bearing, scan=ended)
+        return situation._replace(heading_error=bearing, scan=ended, around=self.around)
+
+    @property
+    def around(self) -> RobotMap:
+        """Map around the robot, valid until the next scan."""
+        config, plan = self.config, self.plan
+        return RobotMap(
+            log_odds=self.occupancy.log_odds,
+            centre=self.occupancy.centre,
+            clearance=plan.clearance,
+            corner=plan.corner,
+            cell=config.occupancy.cell,
+            lethal_log_odds=config.occupancy.lethal_log_odds,
+            max_log_odds=config.occupancy.max_log_odds,
+            far_clearance=config.costs.inflation_radius / config.occupancy.cell,
+            target=self.target,
+        )
 
     def select(self, situation: ControllerInput, command: Twist) -> Twist:
         """Return the controller's command, or a safer one by the rollouts."""

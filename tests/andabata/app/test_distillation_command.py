@@ -1,4 +1,4 @@
-"""``andabata policy distill``: a tiny distillation, its files, its result."""
+"""``andabata policy distill`` and ``imitate``: tiny ones, their files, their results."""
 
 import json
 
@@ -22,3 +22,19 @@ def test_a_distillation_writes_its_policy(capsys, tmp_path):
     assert (policy.info["seed"], policy.info["config"]["hidden"]) == (5, [8])
     assert main([*TINY[:-1], "driving.time_limit=0.4", "--out", str(out)]) != 0
     assert "expected a distillation with these settings" in capsys.readouterr().err
+
+
+def test_an_imitation_writes_its_policy_which_drives(capsys, tmp_path):
+    """One short drive is labelled; the policy drives as controller policy, with its own map."""
+    out = tmp_path / "run"
+    words = ["policy", "imitate", "--workers", "1", "--seed", "5", "--out", str(out), "--json"]
+    for setting in ("drives=[1]", "teacher_shares=[1.0]", "hidden=[8]", "epochs=1"):
+        words += ["--set", setting]
+    words += ["--set", "driving.terminations.time_limit=6", "--set", "driving.goals=1"]
+    assert main(words) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert [one["round"] for one in data["rounds"]] == [0]
+    drive = ["drive", "--world", "natural-test", "--seed", "7300", "--controller", "policy"]
+    drive += ["--policy", data["policy"], "--set", "plant=kinematic", "--time-limit", "6"]
+    assert main([*drive, "--out", str(tmp_path / "drive"), "--quiet", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["controller"] == "policy"

@@ -13,9 +13,11 @@ from andabata.assembly.controllers import (
     make_steering,
 )
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.machine.kinematics import Twist
 from andabata.machine.robot import RobotModel
 from andabata.models import Models, shipped_policy
 from andabata.navigation.controller import NoPlanner
+from andabata.navigation.map_observation import map_actions, map_observations
 from andabata.navigation.null_controllers import AwayController, RandomController
 from andabata.navigation.oracle import OracleController
 from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
@@ -23,8 +25,9 @@ from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
 from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsConfig
 from andabata.navigation.policy_controller import PolicyController
 from andabata.navigation.reactive import ReactiveController, StraightController
+from rl.crop_actor import CropActor
 from rl.policy import with_info
-from tests.support.situations import situation
+from tests.support.situations import between, scan_of, situation
 from worlds.world import MapDatum
 
 CONFIG = SimulatedRobotConfig(robot=RobotModel(speed=0.4))
@@ -102,6 +105,25 @@ def test_the_planner_counts_decisions_and_not_control_steps():
     assert planner.replan_every == 2
     assert planner.occupancy.update_every == 2
     assert planner.occupancy.driven_memory == 25
+
+
+def test_a_policy_that_sees_the_map_alone_has_a_planner_that_checks_nothing():
+    """It keeps the map; beside the word planner it checks commands as ever."""
+    spec, robot = map_observations(CONFIG.robot, has_subgoal=True), CONFIG.robot
+    shares = np.zeros((19, 2), dtype=np.float32)
+    models = Models(policy=CropActor(spec, map_actions(robot), shares).policy({}))
+    seeing = make_steering("policy", None, CONFIG, models)
+    checked = make_steering("policy+planner", None, CONFIG, models)
+    blind = make_steering("policy", None, CONFIG)
+    command = Twist(0.6, 0.5)
+    wall = situation(scan_of(between(-180, 180, 0.7)))
+    for steering in (seeing, checked):
+        guided = [steering.planner.guide(wall, None) for _ in range(40)][-1]
+        assert guided.around is not None
+    assert seeing.planner.select(guided, command) is command
+    assert checked.planner.select(guided, command) != command
+    assert seeing.action_repeat == checked.action_repeat == 5
+    assert isinstance(blind.planner, NoPlanner)
 
 
 def test_noise_comes_from_the_given_source():

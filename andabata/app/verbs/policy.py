@@ -96,9 +96,9 @@ def distill(
     console.result(result, text)
 
 
-@app.command("imitate")
+@app.command()
 @command
-def imitate_map(
+def imitate(
     *,
     out: Annotated[Path, typer.Option(help="Folder of the rounds and of the policy.")] = Path(
         "data/runs/imitated"
@@ -115,15 +115,15 @@ def imitate_map(
 
     Examples:
         andabata policy imitate --out data/runs/imitated
-        andabata policy imitate --set drives=[20,20] --set teacher_shares=[1.0,0.3]
+        andabata policy imitate --set drives=[20,20] --set teacher_shares=[1,0.3]
     """
     from andabata.runs import atomic_io
-    from andabata.training.imitation import ImitationConfig, imitate
+    from andabata.training import imitation
 
-    config = settings.resolve(ImitationConfig)
+    config = settings.resolve(imitation.ImitationConfig)
     console = output.console()
     with console.progress("drives", sum(config.drives)) as step:
-        policy, rounds = imitate(
+        policy, rounds = imitation.imitate(
             config, seed, out, workers, lambda k, count: step(count, f"round {k + 1}")
         )
     file, data = out / "policy.safetensors", policy.to_bytes()

@@ -9,8 +9,9 @@ import numpy as np
 import torch
 
 from rl import checkpoint as checkpoints
-from rl.curriculum_config import CurriculumConfig, Difficulty, Stage, world_of_level
+from rl.curriculum_config import CurriculumConfig, Difficulty, Stage
 from rl.driving import DRIVING_NOISE
+from rl.environment import world_of_level
 from rl.fixed_tasks import FixedTaskFigures, fixed_task_figures, fixed_tasks
 from rl.learners import make_learner
 from rl.policy import Policy, policy_from_bytes, with_info

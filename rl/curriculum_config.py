@@ -12,11 +12,6 @@ from rl.spaces import ActionSpec, ObservationSpec, steering_actions, steering_ob
 _SAME_LEVEL = 1e-5
 
 
-def world_of_level(level: float, count: int) -> int:
-    """Return the index of the world that a level names among ``count``, the easiest first."""
-    return round(level * (count - 1))
-
-
 class Difficulty(BaseModel):
     """Schedule of the difficulty of a stage's worlds, by the share of successes.
 

@@ -55,3 +55,8 @@ class VectorEnvironment(Protocol):
         Args:
             actions: Shares from -1 to 1, float32, shape (n, n_actions).
         """
+
+
+def world_of_level(level: float, count: int) -> int:
+    """Return the index of the world that a level names among ``count``, the easiest first."""
+    return round(level * (count - 1))

@@ -33,7 +33,7 @@ from andabata.tasks.rooms.kernel import V
 from andabata.tasks.rooms.observations import RoomRenderer, noisy
 from andabata.tasks.rooms.scan_history import ScanHistory
 from andabata.tasks.rooms.terms import encoded_goals
-from rl.curriculum_config import world_of_level
+from rl.environment import world_of_level
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.mover_placement import draw_movers
 from worlds.rooms.room import RoomTask, random_task

@@ -14,7 +14,7 @@ from andabata.tasks.rewards import (
 from andabata.tasks.rooms.catalogue import JUDGES_BY_TASK
 from andabata.tasks.rooms.td3_config import GDAE_RADIUS, Td3TaskConfig, td3_config
 from andabata.training.plans import algorithms, load_plan
-from rl.curriculum_config import world_of_level
+from rl.environment import world_of_level
 from worlds.rooms.catalogue import make_room
 from worlds.splits import EVALUATION_START, TRAINING_SEEDS, VALIDATION_SEEDS
 

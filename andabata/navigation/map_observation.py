@@ -94,6 +94,14 @@ def action_table(robot: RobotModel) -> NDArray[np.float64]:
     return np.array(ahead + turns + back)
 
 
+def action_shares(robot: RobotModel) -> NDArray[np.float32]:
+    """Return ``action_table`` as shares of the actions' bounds from -1 to 1, shape (19, 2)."""
+    actions = map_actions(robot)
+    low, high = np.array(actions.low), np.array(actions.high)
+    shares: NDArray[np.float64] = (2.0 * action_table(robot) - low - high) / (high - low)
+    return shares.astype(np.float32)
+
+
 def mirrored_actions(table: NDArray[np.float64]) -> NDArray[np.intp]:
     """Return the number of each action's mirror image, shape (a,).
 

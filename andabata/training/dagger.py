@@ -8,20 +8,24 @@ is labelled, too, which drives of the teacher alone never show.
 import io
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.engine_processes import run_tasks
 from andabata.runs import atomic_io
 from andabata.runs.folder import make_folder
 from andabata.runs.strict_json import dumps
 from rl.policy import Policy, load_policy
 
+Drive = TypeVar("Drive")
+Driven = TypeVar("Driven")
+
 Arrays = dict[str, NDArray[Any]]
 """Arrays of a round by name, such as observations and labels."""
 
-DESCRIPTION = "distillation.json"
+_DESCRIPTION = "distillation.json"
 """Name of the file that says what a folder holds."""
 
 
@@ -46,6 +50,27 @@ def check_rounds(drives: Sequence[int], shares: Sequence[float], name: str) -> N
             f"{name}: expected 1 in the first round, which has no policy, and shares from 0 to 1, "
             f"got {tuple(shares)}"
         )
+
+
+def drive_round(
+    work: Callable[[Drive], Driven],
+    drives: Sequence[Drive],
+    workers: int,
+    on_drive: Callable[[], None],
+) -> list[Driven]:
+    """Return the results of a round's drives in their order.
+
+    Args:
+        work: Function that drives and labels, for any process.
+        drives: Drives.
+        workers: Number of processes; the result does not depend on it.
+        on_drive: Function that is called after each drive.
+    """
+    driven = []
+    for _, one in run_tasks(work, drives, workers):
+        driven.append(one)
+        on_drive()
+    return driven
 
 
 def run_rounds(
@@ -104,7 +129,7 @@ def _check_folder(description: Mapping[str, Any], folder: Path) -> None:
     Raises:
         ValueError: If it holds another distillation.
     """
-    file = make_folder(folder) / DESCRIPTION
+    file = make_folder(folder) / _DESCRIPTION
     text = dumps(dict(description), indent=1)
     if file.exists() and file.read_text() != text:
         raise ValueError(

@@ -12,10 +12,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from andabata.engine_processes import run_tasks
 from andabata.navigation.planar.distilled_observation import ACTIONS, OBSERVATIONS, mirrored
 from andabata.runs.folder import commit
-from andabata.training.dagger import Arrays, check_rounds, run_rounds
+from andabata.training.dagger import Arrays, check_rounds, drive_round, run_rounds
 from andabata.training.expert_labels import (
     LabelledDrive,
     LabelledDriveConfig,
@@ -128,11 +127,8 @@ def _labels(
     drives = [LabelledDrive(first + n, config.expert_shares[k]) for n in range(config.drives[k])]
     data = None if policy is None else policy.to_bytes()
     work = partial(drive_and_label, config.driving, seed, data)
-    driven = []
-    for _, one in run_tasks(work, drives, workers):
-        driven.append(one)
-        if on_drive is not None:
-            on_drive(k, 1)
+    told = (lambda: None) if on_drive is None else partial(on_drive, k, 1)
+    driven = drive_round(work, drives, workers, told)
     return {
         "observations": np.concatenate([labels.observations for labels, _ in driven]),
         "shares": np.concatenate([labels.shares for labels, _ in driven]),

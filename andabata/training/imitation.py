@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from andabata.engine_processes import run_tasks
 from andabata.navigation.map_observation import (
+    action_shares,
     action_table,
     map_actions,
     mirrored_actions,
     mirrored_observations,
 )
 from andabata.runs.folder import commit
-from andabata.training.dagger import Arrays, check_rounds, run_rounds
+from andabata.training.dagger import Arrays, check_rounds, drive_round, run_rounds
 from andabata.training.map_labels import MapLabels, MapLabelsConfig, drive_and_label
 from rl.policy import Policy
 
@@ -70,7 +70,7 @@ class ImitationRound(NamedTuple):
         reached: Share of them that were reached.
         loss: Mean loss of the last pass.
         regret: Mean price of the student's choice beyond the best action's, over labels that it
-            was fitted to [s].
+            was fitted to, each at most ``clip`` [s].
     """
 
     round: int
@@ -128,11 +128,8 @@ def _labels(
     first = sum(config.drives[:k])
     data = None if policy is None else policy.to_bytes()
     work = partial(drive_and_label, config.driving, seed, data, config.teacher_shares[k])
-    driven = []
-    for _, one in run_tasks(work, range(first, first + config.drives[k]), workers):
-        driven.append(one)
-        if on_drive is not None:
-            on_drive(k, 1)
+    told = (lambda: None) if on_drive is None else partial(on_drive, k, 1)
+    driven = drive_round(work, range(first, first + config.drives[k]), workers, told)
     outcomes = [outcome for one in driven for outcome in one.outcomes]
     return {
         "observations": np.concatenate([one.labels.observations for one in driven]),
@@ -165,7 +162,7 @@ def fit(
 ) -> Policy:
     """Return a policy that is fitted to what each action costs beyond the best one.
 
-    Each label is taken as it is or with left and right exchanged, at random.
+    Each batch is taken as it is or with left and right exchanged, at random.
 
     Args:
         labels: Labels.
@@ -191,17 +188,14 @@ def fit(
     torch.manual_seed(seed)
     rng = np.random.default_rng([seed, len(labels.prices)])
     robot, spec = config.driving.simulated_robot.robot, config.driving.observations
-    table, actions = action_table(robot), map_actions(robot)
-    low, high = np.array(actions.low), np.array(actions.high)
-    shares = ((2.0 * table - low - high) / (high - low)).astype(np.float32)
-    actor = CropActor(spec, actions, shares, config.hidden)
+    actor = CropActor(spec, map_actions(robot), action_shares(robot), config.hidden)
     if start is not None:
         actor.load(start)
     optimizer = torch.optim.Adam(actor.parameters(), lr=config.learning_rate)
     count = len(labels.prices)
     batches = math.ceil(count / config.batch_size)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, config.epochs * batches)
-    images = mirrored_actions(table)
+    images = mirrored_actions(action_table(robot))
     loss_of = torch.nn.functional.smooth_l1_loss
     total = regret = 0.0
     for _ in range(config.epochs):

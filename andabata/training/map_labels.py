@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
+from andabata.machine.clock import CONTROL_PERIOD
 from andabata.machine.kinematics import Twist
 from andabata.machine.reality import level
+from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.controller import ControllerInput, Steering
 from andabata.navigation.map_observation import (
@@ -30,7 +32,10 @@ from worlds.scenes import SceneCache
 from worlds.world import choose_task, jittered
 
 DECISION_STEPS = 5
-"""Number of control steps between two decisions: half a second."""
+"""Number of control steps between two decisions."""
+
+DECISION_TIME = DECISION_STEPS * CONTROL_PERIOD
+"""Time between two decisions [s]."""
 
 
 def student_robot() -> SimulatedRobotConfig:
@@ -154,7 +159,7 @@ class LabelledController:
         prices = self._teacher.prices(truth.pose.position[:2], truth.pose.yaw, speed, rate)
         self.observations.append(observation_of(self._spec, situation).astype(np.float16))
         self.prices.append(prices.astype(np.float32))
-        switch = DECISION_STEPS * 0.1 / self._config.switch_time
+        switch = DECISION_TIME / self._config.switch_time
         if self._rng.random() < switch:
             self._is_teacher = self._rng.random() < self._share
         if self._rng.random() < self._config.random_share:
@@ -201,7 +206,7 @@ def drive_and_label(
         scene.world.truth,
         robot.robot,
         action_table(robot.robot),
-        DECISION_STEPS * 0.1,
+        DECISION_TIME,
         config.teacher,
     )
     policy = None
@@ -213,19 +218,31 @@ def drive_and_label(
     simulated = SimulatedRobot(scene, robot, models or Models(), steering)
     start = jittered(task.start, draw, turn=config.heading_jitter)
     readings = simulated.place(start, np.array(task.goals[0]), noise)
-    monitor = EpisodeMonitor(scene.world, config.terminations)
+    goals = [np.array(goal) for goal in task.goals[: config.goals]]
+    outcomes = _drive(simulated, readings, goals, config.terminations)
+    simulated.close()
+    return DriveSummary(controller.labels(), outcomes)
+
+
+def _drive(
+    robot: SimulatedRobot,
+    readings: SensorReadings,
+    goals: list[NDArray[np.float64]],
+    terminations: TerminationConfig,
+) -> tuple[str, ...]:
+    """Drive to goals in a row until one is not reached, and return the outcome of each."""
+    monitor = EpisodeMonitor(robot.scene.world, terminations)
     outcomes: list[str] = []
-    for goal in task.goals[: config.goals]:
-        place, outcome = np.array(goal), None
+    for goal in goals:
         assert readings.truth is not None
-        monitor.begin(readings.truth, place)
-        simulated.navigator.set_goal(place)
+        monitor.begin(readings.truth, goal)
+        robot.navigator.set_goal(goal)
+        outcome: Outcome | None = None
         while outcome is None:
-            readings = simulated.step(readings)
+            readings = robot.step(readings)
             assert readings.truth is not None
-            outcome = monitor.update(readings.truth, simulated.navigator.has_arrived)
+            outcome = monitor.update(readings.truth, robot.navigator.has_arrived)
         outcomes.append(str(outcome))
         if outcome is not Outcome.GOAL:
             break
-    simulated.close()
-    return DriveSummary(controller.labels(), tuple(outcomes))
+    return tuple(outcomes)

@@ -56,7 +56,7 @@ class PlannedGround(NamedTuple):
         goal_x: Goal in the square [cells].
         goal_y: Goal in the square [cells].
         goal_radius: Distance from the goal at which a rollout ends [cells].
-        movers: What moves, its places from the square's corner.
+        movers: Movers that can reach the robot, their places from the square's corner.
     """
 
     costs: NDArray[np.float32]

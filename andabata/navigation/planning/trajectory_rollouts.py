@@ -177,7 +177,7 @@ class TrajectoryRollouts:
             position: Position of the robot in ``odom`` [m], shape (2,).
             yaw: Heading there [rad].
             rate: Yaw rate of the command [rad/s].
-            movers: What moves, in ``odom``; None for nothing.
+            movers: Tracks of what moves, in ``odom``; None for nothing.
         """
         config, robot, moves = self.config, self._robot, self._candidates
         moves.rates[0] = executed_twist(Twist(robot.speed, rate), robot).angular

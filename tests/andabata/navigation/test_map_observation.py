@@ -7,6 +7,7 @@ import pytest
 
 from andabata.machine.pose import Pose
 from andabata.navigation.map_observation import (
+    action_shares,
     action_table,
     goal_in_robot,
     map_actions,
@@ -85,6 +86,7 @@ def test_actions_are_within_their_bounds_and_have_images():
     assert len(TABLE) == 19
     assert np.all(actions.low <= TABLE)
     assert np.all(actions.high >= TABLE)
+    np.testing.assert_allclose(actions.scaled(action_shares(ROBOT)), TABLE, atol=1e-6)
     np.testing.assert_array_equal(images[images], np.arange(19))
     rates = np.abs(TABLE[:, 1])
     assert np.all((rates == 0) | (rates >= ROBOT.dead_zone))

@@ -16,7 +16,7 @@ from rl.spaces import ActionSpec, ObservationSpec
 _CHANNELS = (16, 24, 32)
 """Outputs of each convolution."""
 
-_EDGES = (5, 3, 3)
+_EDGES = (3, 3, 3)
 """Edges of each convolution."""
 
 

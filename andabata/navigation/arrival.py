@@ -80,6 +80,10 @@ class ArrivalMonitor:
             self.has_arrived = distance <= accepted
         return self.has_arrived
 
+    def stalled_time(self, stamp: float) -> float:
+        """Return the time since the robot was last nearer to the goal than before [s]."""
+        return max(stamp - self._progress_stamp, 0.0) if math.isfinite(self._nearest) else 0.0
+
     def _accepted_distance(self, stamp: float, comes_nearer: bool) -> float:
         """Return the distance at which the goal counts as reached [m]."""
         config = self._config

@@ -32,6 +32,7 @@ class ControllerInput(NamedTuple):
         truth: True state, for the oracle alone (simulation only).
         geofence: Bounds in the map that a field robot is given with its goals, or None.
         previous_speed: Last executed speed [m/s].
+        stalled_time: Time since the robot was last nearer to the goal than before [s].
         around: Map of the planner, valid until its next scan; None without a planner.
     """
 
@@ -47,6 +48,7 @@ class ControllerInput(NamedTuple):
     truth: VehicleState | None = None
     geofence: Geofence | None = None
     previous_speed: float = 0.0
+    stalled_time: float = 0.0
     around: RobotMap | None = None
 
 

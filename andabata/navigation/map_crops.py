@@ -22,11 +22,8 @@ NEAR_CHANNELS = ("blocked", "free", "unknown", "driven", "clearance", "nearer")
 longer ago the less."""
 
 FAR_CHANNELS = ("blocked", "free", "unknown", "clearance", "nearer")
-"""Channels of the far crop: the most of what blocks in each of its cells, shares of free and
-unknown cells, the least clearance."""
-
-_PARTS = 5
-"""Places of the map along each edge of a far cell: an obstacle of two cells is never missed."""
+"""Channels of the far crop, of the map's cells in each of its: the most of what blocks, shares of
+free and unknown ones, the least clearance."""
 
 _GRADE = 8.0
 """Distance to or from the goal that counts as entirely nearer or farther [m]."""
@@ -92,20 +89,31 @@ def _write_near(
     goal: NDArray[np.float64],
     crop: NDArray[np.float32],
 ) -> None:
-    """Write the channels of the near crop."""
+    """Write the channels of the near crop: what the map says at the middle of each of its cells."""
+    log_odds, clearance = around.log_odds, around.clearance
+    n, m = len(log_odds), len(clearance)
+    i0, j0 = around.centre[0], around.centre[1]
+    x0, y0 = around.corner[0], around.corner[1]
+    cell, lethal, most, wide = _scales(around)
     c, s = np.cos(yaw), np.sin(yaw)
-    away, half = np.hypot(goal[0], goal[1]), NEAR_CELLS * NEAR_CELL / 2.0
+    away, middle = np.hypot(goal[0], goal[1]), NEAR_CELLS * NEAR_CELL / 2.0
     for row in range(NEAR_CELLS):
         ahead = (row + 0.5) * NEAR_CELL - NEAR_BEHIND
         for column in range(NEAR_CELLS):
-            aside = (column + 0.5) * NEAR_CELL - half
+            aside = (column + 0.5) * NEAR_CELL - middle
             x, y = position[0] + c * ahead - s * aside, position[1] + s * ahead + c * aside
-            known = _log_odds_at(around, x, y)
-            crop[0, row, column] = _blocked(around, known)
-            crop[1, row, column] = min(max(-known / around.max_log_odds, 0.0), 1.0)
+            i, j = int(np.floor(x / cell)), int(np.floor(y / cell))
+            known = 0.0
+            if max(abs(i - i0), abs(j - j0)) < n // 2:
+                known = float(log_odds[i & (n - 1), j & (n - 1)])
+            crop[0, row, column] = _share(0.5 * known / lethal)
+            crop[1, row, column] = _share(-known / most)
             crop[2, row, column] = known == 0.0
-            crop[3, row, column] = min(max(-known / around.max_log_odds - 1.0, 0.0), 1.0)
-            crop[4, row, column] = _clearance_at(around, x, y)
+            crop[3, row, column] = _share(-known / most - 1.0)
+            i, j = int(np.floor((x - x0) / cell)), int(np.floor((y - y0) / cell))
+            crop[4, row, column] = 1.0
+            if 0 <= i < m and 0 <= j < m:
+                crop[4, row, column] = _share(clearance[i, j] / wide)
             nearer = away - np.hypot(goal[0] - ahead, goal[1] - aside)
             crop[5, row, column] = min(max(nearer / _GRADE, -1.0), 1.0)
 
@@ -118,53 +126,80 @@ def _write_far(
     goal: NDArray[np.float64],
     crop: NDArray[np.float32],
 ) -> None:
-    """Write the channels of the far crop, each cell of nine places."""
+    """Write the channels of the far crop: of all cells of the map whose middle is in one of its."""
+    log_odds, clearance = around.log_odds, around.clearance
+    n, m = len(log_odds), len(clearance)
+    i0, j0 = around.centre[0], around.centre[1]
+    x0, y0 = around.corner[0], around.corner[1]
+    cell, lethal, _, wide = _scales(around)
     c, s = np.cos(yaw), np.sin(yaw)
-    away, half = np.hypot(goal[0], goal[1]), FAR_CELLS * FAR_CELL / 2.0
+    away, middle = np.hypot(goal[0], goal[1]), FAR_CELLS * FAR_CELL / 2.0
+    counts = np.zeros((FAR_CELLS, FAR_CELLS), dtype=np.float32)
+    crop[:3], crop[3] = 0.0, wide
+    per_metre, limit = 1.0 / FAR_CELL, 2.0 * FAR_CELLS * FAR_CELL
+    shift = int(np.floor(0.5 - y0 / cell))
+    reach = int(np.hypot(2.0 * middle - FAR_BEHIND, middle) / cell) + 1
+    # Beyond the map nothing is known, which needs no look at each cell.
+    reach = min(reach, n // 2 - 1)
+    for i in range(i0 - reach, i0 + reach + 1):
+        u = (i + 0.5) * cell - position[0]
+        k = int(np.floor(((i + 0.5) * cell - x0) / cell))
+        is_covered = 0 <= k < m
+        # Rows and columns of the crop along this line of the map, at v = 0.
+        down, across = per_metre * (c * u + FAR_BEHIND), per_metre * (middle - s * u)
+        low, high = _inside(down, per_metre * s, -limit, limit)
+        low, high = _inside(across, per_metre * c, low, high)
+        first = max(int(np.ceil((low + position[1]) / cell - 0.5)), j0 - reach)
+        last = min(int(np.floor((high + position[1]) / cell - 0.5)), j0 + reach)
+        for j in range(first, last + 1):
+            v = per_metre * ((j + 0.5) * cell - position[1])
+            row = min(max(int(down + s * v), 0), FAR_CELLS - 1)
+            column = min(max(int(across + c * v), 0), FAR_CELLS - 1)
+            counts[row, column] += 1.0
+            known = log_odds[i & (n - 1), j & (n - 1)]
+            if known > 0.0:
+                crop[0, row, column] = max(crop[0, row, column], _share(0.5 * known / lethal))
+            elif known < 0.0:
+                crop[1, row, column] += 1.0
+            else:
+                crop[2, row, column] += 1.0
+            q = j + shift
+            if is_covered and 0 <= q < m:
+                crop[3, row, column] = min(crop[3, row, column], clearance[k, q])
     for row in range(FAR_CELLS):
+        ahead = (row + 0.5) * FAR_CELL - FAR_BEHIND
         for column in range(FAR_CELLS):
-            blocked, free, unknown, clearance = 0.0, 0.0, 0.0, 1.0
-            for part in range(_PARTS * _PARTS):
-                ahead = (row + (part // _PARTS + 0.5) / _PARTS) * FAR_CELL - FAR_BEHIND
-                aside = (column + (part % _PARTS + 0.5) / _PARTS) * FAR_CELL - half
-                x, y = position[0] + c * ahead - s * aside, position[1] + s * ahead + c * aside
-                known = _log_odds_at(around, x, y)
-                blocked = max(blocked, _blocked(around, known))
-                free += known < 0.0
-                unknown += known == 0.0
-                clearance = min(clearance, _clearance_at(around, x, y))
-            crop[0, row, column] = blocked
-            crop[1, row, column] = free / (_PARTS * _PARTS)
-            crop[2, row, column] = unknown / (_PARTS * _PARTS)
-            crop[3, row, column] = clearance
-            ahead, aside = (row + 0.5) * FAR_CELL - FAR_BEHIND, (column + 0.5) * FAR_CELL - half
+            aside = (column + 0.5) * FAR_CELL - middle
+            count = counts[row, column]
+            crop[1, row, column] = crop[1, row, column] / count if count > 0.0 else 0.0
+            crop[2, row, column] = crop[2, row, column] / count if count > 0.0 else 1.0
+            crop[3, row, column] = _share(crop[3, row, column] / wide)
             nearer = away - np.hypot(goal[0] - ahead, goal[1] - aside)
             crop[4, row, column] = min(max(nearer / (2.0 * _GRADE), -1.0), 1.0)
 
 
 @kernel
-def _blocked(around: RobotMap, log_odds: float) -> float:
-    """Return the share of an obstacle in log odds: a half is lethal."""
-    return min(max(0.5 * log_odds / around.lethal_log_odds, 0.0), 1.0)
+def _inside(begin: float, slope: float, low: float, high: float) -> tuple[float, float]:
+    """Return the part of a line from low to high where begin + slope * v is a row of the far crop.
+
+    The part is empty, its end below its begin, where there is none.
+    """
+    if abs(slope) < 1e-9:
+        return (low, high) if 0.0 <= begin < FAR_CELLS else (1.0, 0.0)
+    one, other = -begin / slope, (FAR_CELLS - begin) / slope
+    return max(low, min(one, other)), min(high, max(one, other))
 
 
 @kernel
-def _log_odds_at(around: RobotMap, x: float, y: float) -> float:
-    """Return the log odds of a place in ``odom``, 0 beyond the square."""
-    n, centre = len(around.log_odds), around.centre
-    i, j = int(np.floor(x / around.cell)), int(np.floor(y / around.cell))
-    half = n // 2 - 1
-    if abs(i - centre[0]) > half or abs(j - centre[1]) > half:
-        return 0.0
-    return float(around.log_odds[i & (n - 1), j & (n - 1)])
+def _scales(around: RobotMap) -> tuple[float, float, float, float]:
+    """Return cell, lethal and largest log odds, and clearance from which on more is all one.
+
+    Arrays and numbers are taken out of the map once: it costs more to pass it than to look.
+    """
+    return around.cell, around.lethal_log_odds, around.max_log_odds, around.far_clearance
 
 
 @kernel
-def _clearance_at(around: RobotMap, x: float, y: float) -> float:
-    """Return the clearance of a place in ``odom`` as a share of the most, 1 beyond the square."""
-    n = len(around.clearance)
-    i = int(np.floor((x - around.corner[0]) / around.cell))
-    j = int(np.floor((y - around.corner[1]) / around.cell))
-    if not (0 <= i < n and 0 <= j < n):
-        return 1.0
-    return min(float(around.clearance[i, j]) / around.far_clearance, 1.0)
+def _share(value: float) -> float:
+    """Return a value within 0 and 1."""
+    return min(max(value, 0.0), 1.0)

@@ -22,6 +22,9 @@ from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
 MAX_SPEED_SCALE = 2.0
 """Largest speed as a multiple of the robot's constant one, as the planner's."""
 
+_LONGEST_STALL = 60.0
+"""Time without coming nearer to the goal from which on more does not matter [s]."""
+
 _NEAR_GOAL = 4.0
 """Distance at which a nearness is a half [m]."""
 
@@ -62,6 +65,7 @@ def map_observations(robot: RobotModel, has_subgoal: bool) -> ObservationSpec:
         _numbers("previous_speed", 1, MAX_SPEED_SCALE * robot.speed, "m/s"),
         _numbers("previous_actions", 2, robot.max_steering, "rad/s"),
         _numbers("tilt", 2, math.pi / 2, "rad"),
+        _numbers("stalled_time", 1, _LONGEST_STALL, "s"),
     )
     return ObservationSpec(terms=crops + goals + motion)
 
@@ -206,5 +210,6 @@ MAP_TERMS: dict[str, Any] = {
     "subgoal": _subgoal,
     "previous_speed": lambda situation: [situation.previous_speed],
     "tilt": _tilt,
+    "stalled_time": lambda situation: [min(situation.stalled_time, _LONGEST_STALL)],
 }
 """Parts of observations that see the map, by name."""

@@ -292,6 +292,7 @@ class Navigator:
             truth=readings.truth,
             geofence=self.geofence,
             previous_speed=self._previous_speed,
+            stalled_time=self._arrival.stalled_time(readings.stamp),
         )
         return self._planner.guide(situation, self._perception.layers)
 

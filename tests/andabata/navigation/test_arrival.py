@@ -78,3 +78,15 @@ def test_without_a_pose_or_a_heading_nothing_is_declared(health):
     monitor.reset()
     assert not any(arrivals([0.9] * 300, monitor, health, 40.0))
     assert not any(arrivals([0.9] * 50, monitor, Health.OK, 70.0))
+
+
+def test_the_stalled_time_begins_anew_when_the_robot_comes_nearer():
+    """None before a goal; then the time since the last gain, and none again with a new goal."""
+    monitor = ArrivalMonitor(CONFIG)
+    assert monitor.stalled_time(5.0) == 0.0
+    arrivals([3.0, 2.9, 2.8] + [2.9] * 40, monitor)
+    assert monitor.stalled_time(4.2) == pytest.approx(4.0)
+    arrivals([2.7], monitor, begin=4.3)
+    assert monitor.stalled_time(4.3) == 0.0
+    monitor.reset()
+    assert monitor.stalled_time(9.0) == 0.0

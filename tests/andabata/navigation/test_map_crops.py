@@ -110,3 +110,38 @@ def test_beyond_the_map_nothing_is_known():
     crop = far_crop(map_with([(0.1, 0.1, 5.0)]), np.zeros(2), 0.0, GOAL)
     row, column = far_cell(15.5, 0.0)
     np.testing.assert_allclose(crop[:4, row, column], [0, 0, 1, 1])
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, 2.0, -1.3, np.pi / 2])
+def test_the_far_crop_is_that_of_all_cells_within_it(yaw):
+    """Each cell of the map counts once, where its middle lies, in oblique crops, too."""
+    rng = np.random.default_rng(3)
+    around = map_with(position=(8.3, -5.1))
+    around.log_odds[:] = rng.choice([0.0, -2.0, 0.6, 2.0], size=(N, N))
+    around.clearance[:] = rng.uniform(0.0, 8.0, size=(N, N))
+    position = np.array([8.37, -5.02])
+    crop = far_crop(around, position, yaw, GOAL)
+    cells = np.arange(N) + around.centre[:, None] - N // 2
+    i, j = (each.ravel() for each in np.meshgrid(*cells, indexing="ij"))
+    beside = np.stack([(i + 0.5) * CELL, (j + 0.5) * CELL], axis=1) - position
+    c, s = np.cos(yaw), np.sin(yaw)
+    ahead, aside = beside @ [c, s], beside @ [-s, c]
+    row = np.floor((ahead + FAR_BEHIND) / FAR_CELL).astype(int)
+    column = np.floor((aside + FAR_CELLS * FAR_CELL / 2) / FAR_CELL).astype(int)
+    known = around.log_odds[i & (N - 1), j & (N - 1)]
+    clearance = around.clearance[i - around.centre[0] + N // 2, j - around.centre[1] + N // 2]
+    # The map's own edge, N // 2 cells off, is not read.
+    read = (np.abs(i - around.centre[0]) < N // 2) & (np.abs(j - around.centre[1]) < N // 2)
+    for k in range(FAR_CELLS):
+        for q in range(FAR_CELLS):
+            its = (row == k) & (column == q) & read
+            if not its.any():
+                np.testing.assert_array_equal(crop[:4, k, q], [0, 0, 1, 1])
+                continue
+            expected = [
+                min(0.5 * max(known[its].max(), 0.0), 1.0),
+                (known[its] < 0).mean(),
+                (known[its] == 0).mean(),
+                min(clearance[its].min() / 6.5, 1.0),
+            ]
+            np.testing.assert_allclose(crop[:4, k, q], expected, atol=1e-6)

@@ -65,8 +65,11 @@ def test_the_subgoal_leads_round_a_wall():
 
 
 def test_motion_is_seen():
-    """Last speed and yaw rates, in SI units."""
-    seen = seen_by(np.inf, previous_speed=0.45, previous_steering=(0.3, -0.2))
+    """Last speed and yaw rates, in SI units, and for how long the robot has come no nearer."""
+    motion = {"previous_speed": 0.45, "previous_steering": (0.3, -0.2)}
+    seen = seen_by(np.inf, stalled_time=20.0, **motion)
+    assert part(seen, "stalled_time")[0] == 20.0
+    assert part(seen_by(np.inf, stalled_time=900.0), "stalled_time")[0] == 60.0
     assert part(seen, "previous_speed")[0] == pytest.approx(0.45)
     np.testing.assert_allclose(part(seen, "previous_actions"), [0.3, -0.2], atol=1e-6)
 

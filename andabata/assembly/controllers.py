@@ -96,9 +96,9 @@ def make_steering(
         return Steering(oracle, action_repeat=config.rollouts.action_repeat, knows_truth=True)
     inner = _WITH_PLANNER.get(name, name)
     controller = _MAKERS[inner](config, models or Models(), rng or np.random.default_rng(0))
-    # A policy that sees the map alone steers; the planner keeps the map, and checks nothing.
-    keeps_map = inner == "policy" and sees_map((models or Models()).policy.observations)
-    if inner == name and not keeps_map:
+    # A policy that sees the map has it from the planner, whose rollouts check it, or do nothing.
+    has_map = inner == "policy" and sees_map((models or Models()).policy.observations)
+    if inner == name and not has_map:
         return Steering(controller)
     repeat = config.rollouts.action_repeat
     settings = config.local_planner.decimated(repeat)
@@ -109,5 +109,6 @@ def make_steering(
         None if inner == name else config.rollouts,
         config.arrival.distance,
         make_prior_map(config if world is None else at_world(config, world), world),
+        only_checks=has_map,
     )
     return Steering(controller, planner, repeat)

@@ -9,7 +9,6 @@ from andabata.machine.robot import RobotModel
 from andabata.navigation.planning.cost_map import CostConfig, CostWeights
 from andabata.navigation.planning.cost_to_go import search_for
 from andabata.navigation.planning.local_planner import LocalPlanner
-from andabata.navigation.planning.rollout_inputs import Place
 from andabata.navigation.planning.trajectory_rollouts import (
     TrajectoryRollouts,
     TrajectoryRolloutsConfig,
@@ -90,12 +89,18 @@ def chosen(plan, rate, position=ORIGIN, yaw=0.0, rollouts=None, **settings):
     return rollouts.select(plan, CELL, np.asarray(position, dtype=float), yaw, rate)
 
 
+def checked(plan, command, position=ORIGIN, yaw=0.0, stalled_time=0.0, rollouts=None, **settings):
+    """Return what becomes of a command with a speed of its own over a synthetic plan."""
+    rollouts = rollouts or rollouts_of(**settings)
+    place = np.asarray(position, dtype=float)
+    return rollouts.check(plan, CELL, place, yaw, command, stalled_time)
+
+
 def all_prices(plan, rollouts, rate=0.0, position=ORIGIN, yaw=0.0):
     """Return the costs of all moves [m], shape (arcs + turns + arcs backwards,), and select one."""
     rollouts._candidates.rates[0] = executed_twist(Twist(SPEED, rate), ROBOT).angular
-    place = Place(*(np.asarray(position) - plan.corner) / CELL, yaw)
-    moves, nobody = rollouts._candidates, rollouts._nobody
-    found = rollouts._price(plan, CELL, place, rollouts._body, -np.inf, moves, nobody).copy()
+    at = rollouts._situation(plan, CELL, np.asarray(position, dtype=float), yaw, None)
+    found = rollouts._price(at, -np.inf, rollouts._candidates).copy()
     chosen(plan, rate, position, yaw, rollouts)
     return found
 

@@ -100,6 +100,7 @@ class LocalPlanner:
         rollouts: TrajectoryRolloutsConfig | None = None,
         goal_radius: float = ARRIVAL_DISTANCE,
         prior: PriorMap | None = None,
+        only_checks: bool = False,
     ) -> None:
         """Begin with an empty grid.
 
@@ -110,12 +111,15 @@ class LocalPlanner:
             rollouts: Settings of the rollouts that check commands; None lets them pass.
             goal_radius: Distance from the goal at which the robot stops [m].
             prior: Costs of the ground that were known beforehand; None for none.
+            only_checks: True for controllers that command their own speed: the rollouts replace
+                their commands only where the body has no room, or after ``rollouts.patience``.
         """
         self.config = config or LocalPlannerConfig()
         self._grid = grid
         robot = robot or RobotModel()
         occupancy = self.config.occupancy
         self.occupancy = OccupancyGrid(grid, occupancy, robot.width)
+        self._only_checks = only_checks
         self._rollouts = None
         if rollouts is not None:
             self._rollouts = TrajectoryRollouts(robot, rollouts, goal_radius)
@@ -189,8 +193,10 @@ class LocalPlanner:
         if self._rollouts is None:
             return command
         odometry, cell = situation.odometry, self.config.occupancy.cell
-        position, yaw = odometry.position[:2], odometry.yaw
-        return self._rollouts.select(self.plan, cell, position, yaw, command.angular, self._movers)
+        at = (self.plan, cell, odometry.position[:2], odometry.yaw)
+        if self._only_checks:
+            return self._rollouts.check(*at, command, situation.stalled_time, self._movers)
+        return self._rollouts.select(*at, command.angular, self._movers)
 
     def keep_inside(
         self, geofence: Geofence | None, pose: Pose | None = None, odometry: Pose | None = None

@@ -25,6 +25,9 @@ from terrain.kernel import kernel
 STEP = 0.2
 """Time between the points of an arc [s]."""
 
+_CHECK_STEP = 0.1
+"""Time between the points of a twist that is checked [s]."""
+
 _MARGIN = 8.0
 """Cost above the robot's up to which the way on is looked up [m]."""
 
@@ -79,6 +82,34 @@ def price_moves(
             enough = price - stops.override_margin
         elif price < enough and stops.override_margin > -np.inf:
             enough = price
+
+
+@kernel
+def is_clear(
+    ground: PlannedGround, place: Place, body: BodyCircles, twist: tuple[float, float], time: float
+) -> bool:
+    """Return True if the body lacks no clearance while it drives a twist.
+
+    Args:
+        ground: Plan around the robot.
+        place: Pose of the robot.
+        body: Body of the robot.
+        twist: Speed [m/s] and yaw rate [rad/s].
+        time: Time for which it is driven [s].
+    """
+    speed, rate = twist
+    if speed == 0.0:
+        swept = _between(ground.clearance, place.x, place.y) * ground.cell
+        return bool(swept >= body.swing_radius)
+    x, y, yaw = place
+    stride = speed * _CHECK_STEP / ground.cell
+    for _ in range(int(np.ceil(time / _CHECK_STEP))):
+        middle = yaw + rate * _CHECK_STEP / 2
+        x, y = x + stride * np.cos(middle), y + stride * np.sin(middle)
+        yaw += rate * _CHECK_STEP
+        if _missing(ground.traversed_clearance, ground.cell, body, x, y, yaw) > 0.0:
+            return False
+    return True
 
 
 class _Arc(NamedTuple):

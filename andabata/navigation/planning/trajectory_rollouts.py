@@ -30,7 +30,8 @@ from andabata.navigation.planning.rollout_inputs import (
     RolloutMotion,
     Stops,
 )
-from andabata.navigation.planning.rollout_prices import STEP, price_moves
+from andabata.navigation.planning.rollout_prices import STEP, is_clear, price_moves
+from andabata.navigation.planning.speed_limit import SpeedLimit, is_free
 from terrain.kernel import kernel
 
 _STAY_RADIUS = 2.5
@@ -64,6 +65,10 @@ class TrajectoryRolloutsConfig(BaseModel):
         full_speed_clearance: Least clearance at which half of the extra speed is driven [m].
         max_speed_clearance: Least clearance at which all of it is driven [m]; None takes the plan's
             inflation radius.
+        check_time: Time for which a command with a speed of its own must be clear for the body,
+            without ``margin`` [s].
+        patience: Time without coming nearer to the goal after which such commands are replaced in
+            any case, until the robot does [s].
         movers: Forecast of what moves, and its prices; without tracks it changes nothing.
     """
 
@@ -83,23 +88,29 @@ class TrajectoryRolloutsConfig(BaseModel):
     max_speed_scale: float = Field(default=2.0, ge=1, le=3)
     full_speed_clearance: float = Field(default=0.9, gt=0)
     max_speed_clearance: float | None = Field(default=None, gt=0)
+    check_time: float = Field(default=1.6, ge=0)
+    patience: float = Field(default=25.0, gt=0)
     movers: MoverForecastConfig = Field(default_factory=MoverForecastConfig)
 
 
-class SpeedLimit(NamedTuple):
-    """Condition of a speed above the robot's usual one.
+class _Situation(NamedTuple):
+    """Where the robot is when it decides.
 
     Attributes:
-        clearance: Least clearance all along the arc [cells].
-        inscribed_radius: Inscribed radius of the plan [cells].
-        inflation_radius: Inflation radius of the plan [cells].
-        inflation_cost: Inflation cost of the plan.
+        plan: Plan with costs to the goal.
+        cell: Edge of its cells [m].
+        place: Pose of the robot in the plan's square.
+        body: Body of the robot, with the margin that it keeps now.
+        near: Movers that can reach the robot.
+        is_near: True if there are any.
     """
 
-    clearance: float
-    inscribed_radius: float
-    inflation_radius: float
-    inflation_cost: float
+    plan: GridPlanner
+    cell: float
+    place: Place
+    body: BodyCircles
+    near: MoverForecast
+    is_near: bool
 
 
 class TrajectoryRollouts:
@@ -179,15 +190,50 @@ class TrajectoryRollouts:
             rate: Yaw rate of the command [rad/s].
             movers: Tracks of what moves, in ``odom``; None for nothing.
         """
+        at = self._situation(plan, cell, position, yaw, movers)
+        return self._cheapest(at, rate)
+
+    def check(
+        self,
+        plan: GridPlanner,
+        cell: float,
+        position: NDArray[np.float64],
+        yaw: float,
+        command: Twist,
+        stalled_time: float,
+        movers: TrackedMovers | None = None,
+    ) -> Twist:
+        """Return a command with a speed of its own, or the rollouts' choice where it is not clear.
+
+        Args:
+            plan: Plan with costs to the goal.
+            cell: Edge of its cells [m].
+            position: Position of the robot in ``odom`` [m], shape (2,).
+            yaw: Heading there [rad].
+            command: Command.
+            stalled_time: Time without coming nearer to the goal [s].
+            movers: Tracks of what moves, in ``odom``; None for nothing.
+        """
+        config = self.config
+        at = self._situation(plan, cell, position, yaw, movers)
+        bare = at.body._replace(
+            radius=at.body.radius - config.margin, swing_radius=at.body.swing_radius - config.margin
+        )
+        twist = executed_twist(command, self._robot)
+        moves = (twist.linear, twist.angular)
+        is_own = stalled_time <= config.patience and not at.is_near
+        if is_own and is_clear(self._ground(at), at.place, bare, moves, config.check_time):
+            self._turning, self._is_waiting = 0.0, False
+            return command
+        return self._cheapest(at, command.angular)
+
+    def _cheapest(self, at: _Situation, rate: float) -> Twist:
+        """Return the command of a yaw rate [rad/s], or the first move of a way that is cheaper."""
         config, robot, moves = self.config, self._robot, self._candidates
         moves.rates[0] = executed_twist(Twist(robot.speed, rate), robot).angular
-        x, y = ((position - plan.corner) / cell).tolist()
-        place = Place(x, y, yaw)
-        near, is_near = self._forecast(plan, position, movers)
-        if is_near:
-            moves = self._with_speeds(plan, cell, place)
-        body = self._relaxed(position)
-        prices = self._price(plan, cell, place, body, config.override_margin, moves, near)
+        if at.is_near:
+            moves = self._with_speeds(at)
+        prices = self._price(at, config.override_margin, moves)
         best = int(np.argmin(prices))
         if prices[0] <= prices[best] + config.override_margin:
             best = 0
@@ -195,16 +241,29 @@ class TrajectoryRollouts:
         self._turning, self._is_waiting = 0.0, False
         if best < arcs:
             driven = float(moves.rates[best])
-            if is_near:
+            if at.is_near:
                 scale = float(moves.scales[best])
                 self._is_waiting = scale == 0.0
             else:
-                scale = self._speed_scale(plan, cell, place, driven)
+                scale = self._speed_scale(at, driven)
             return Twist(robot.speed * scale, rate if best == 0 else driven)
         if best >= turns:
             return Twist(-robot.speed, float(moves.reverse_rates[best - turns]))
         self._turning = math.copysign(robot.max_steering, moves.turns[best - arcs])
         return Twist(0.0, self._turning)
+
+    def _situation(
+        self,
+        plan: GridPlanner,
+        cell: float,
+        position: NDArray[np.float64],
+        yaw: float,
+        movers: TrackedMovers | None,
+    ) -> _Situation:
+        """Return where the robot is, its body and what can reach it; it counts as a decision."""
+        x, y = ((position - plan.corner) / cell).tolist()
+        near, is_near = self._forecast(plan, position, movers)
+        return _Situation(plan, cell, Place(x, y, yaw), self._relaxed(position), near, is_near)
 
     def _forecast(
         self, plan: GridPlanner, position: NDArray[np.float64], movers: TrackedMovers | None
@@ -216,50 +275,44 @@ class TrajectoryRollouts:
         near = forecast_of(movers, self.config.movers, position, fastest, plan.corner)
         return near, len(near.radii) > 0
 
-    def _with_speeds(self, plan: GridPlanner, cell: float, place: Place) -> Candidates:
+    def _with_speeds(self, at: _Situation) -> Candidates:
         """Return the moves with each arc at the largest speed that its ground allows, too.
 
         The last arc is standing still.
         """
         moves = self._candidates
-        fast = [self._speed_scale(plan, cell, place, rate) for rate in moves.rates.tolist()]
+        fast = [self._speed_scale(at, rate) for rate in moves.rates.tolist()]
         return moves._replace(
             rates=np.concatenate([moves.rates, moves.rates, [0.0]]),
             scales=np.concatenate([moves.scales, fast, [0.0]]),
         )
 
+    def _ground(self, at: _Situation) -> PlannedGround:
+        """Return what the plan knows around the robot."""
+        plan, cell = at.plan, at.cell
+        goal_x, goal_y = ((plan.goal - plan.corner) / cell).tolist()
+        return PlannedGround(
+            *(plan.costs, plan.clearance, plan.traversed_clearance, plan.search),
+            *(cell, goal_x, goal_y, self._goal_radius / cell),
+            at.near,
+        )
+
     def _price(
-        self,
-        plan: GridPlanner,
-        cell: float,
-        place: Place,
-        body: BodyCircles,
-        override_margin: float,
-        moves: Candidates,
-        near: MoverForecast,
+        self, at: _Situation, override_margin: float, moves: Candidates
     ) -> NDArray[np.float64]:
         """Return the prices of all moves that can matter [m], which the next call may overwrite.
 
         Args:
-            plan: Plan with costs to the goal.
-            cell: Edge of its cells [m].
-            place: Pose of the robot in the plan's square.
-            body: Body of the robot.
+            at: Where the robot is.
             override_margin: Cost by which a move has to be cheaper than the first arc [m].
             moves: First moves.
-            near: Movers that can reach the robot.
         """
-        goal_x, goal_y = ((plan.goal - plan.corner) / cell).tolist()
-        ground = PlannedGround(
-            *(plan.costs, plan.clearance, plan.traversed_clearance, plan.search),
-            *(cell, goal_x, goal_y, self._goal_radius / cell),
-            near,
-        )
         # Backing out takes two stops, and a turn that is still to come.
         stop, turn = self.config.stop_cost, np.pi * self._body.turn_cost
         stops = Stops(self._turning, stop, 2.0 * stop + turn, override_margin)
         prices = self._prices if moves is self._candidates else np.zeros(_count_moves(moves))
-        price_moves(moves, self._motion, ground, place, body, stops, prices)
+        ground = self._ground(at)
+        price_moves(moves, self._motion, ground, at.place, at.body, stops, prices)
         return prices
 
     def _relaxed(self, position: NDArray[np.float64]) -> BodyCircles:
@@ -274,9 +327,10 @@ class TrajectoryRollouts:
         relaxed, body = self.config.clearance_relaxation * share, self._body
         return body._replace(radius=body.radius - relaxed, swing_radius=body.swing_radius - relaxed)
 
-    def _speed_scale(self, plan: GridPlanner, cell: float, place: Place, rate: float) -> float:
+    def _speed_scale(self, at: _Situation, rate: float) -> float:
         """Return the largest share of the speed that an arc may be driven at."""
-        config, weights = self.config, plan.weights
+        config, plan, cell = self.config, at.plan, at.cell
+        weights = plan.weights
         most, widest = config.max_speed_scale, config.max_speed_clearance
         for scale, clearance in (
             (most, weights.inflation_radius if widest is None else widest),
@@ -290,7 +344,7 @@ class TrajectoryRollouts:
                 weights.inflation_cost,
             )
             turn, points = rate * STEP, self._motion.points
-            if _is_free(plan.costs, plan.clearance, limit, place, turn, stride, points):
+            if is_free(plan.costs, plan.clearance, limit, at.place, turn, stride, points):
                 return scale
         return 1.0
 
@@ -298,33 +352,6 @@ class TrajectoryRollouts:
 def _count_moves(moves: Candidates) -> int:
     """Return the number of arcs, turns and arcs backwards."""
     return len(moves.rates) + len(moves.turns) + len(moves.reverse_rates)
-
-
-@kernel
-def _is_free(
-    costs: NDArray[np.float32],
-    clearance: NDArray[np.float32],
-    speed: SpeedLimit,
-    place: Place,
-    turn: float,
-    stride: float,
-    points: int,
-) -> bool:
-    """Return True if all along an arc nothing but obstacles at some distance adds to the cost."""
-    x, y, yaw = place
-    limit = len(costs) - 1
-    span = speed.inflation_radius - speed.inscribed_radius
-    for _ in range(points):
-        x, y = x + stride * np.cos(yaw + turn / 2), y + stride * np.sin(yaw + turn / 2)
-        yaw += turn
-        i, j = min(max(int(x), 0), limit), min(max(int(y), 0), limit)
-        if costs[i, j] <= 1.0:
-            continue
-        falling = min(max((speed.inflation_radius - clearance[i, j]) / span, 0.0), 1.0)
-        inflation = speed.inflation_cost * falling
-        if clearance[i, j] < speed.clearance or costs[i, j] > 1.0 + inflation + 1e-3:
-            return False
-    return True
 
 
 @kernel

@@ -108,7 +108,7 @@ def test_the_planner_counts_decisions_and_not_control_steps():
 
 
 def test_a_policy_that_sees_the_map_alone_has_a_planner_that_checks_nothing():
-    """It keeps the map; beside the word planner it checks commands as ever."""
+    """It keeps the map; beside the word planner it checks commands, and keeps their speed."""
     spec, robot = map_observations(CONFIG.robot, has_subgoal=True), CONFIG.robot
     shares = np.zeros((19, 2), dtype=np.float32)
     models = Models(policy=CropActor(spec, map_actions(robot), shares).policy({}))
@@ -122,6 +122,11 @@ def test_a_policy_that_sees_the_map_alone_has_a_planner_that_checks_nothing():
         assert guided.around is not None
     assert seeing.planner.select(guided, command) is command
     assert checked.planner.select(guided, command) != command
+    checked.planner.reset()
+    open_ground = [checked.planner.guide(situation(), None) for _ in range(40)][-1]
+    # A command with a speed of its own is not made faster where it is clear.
+    slow = Twist(0.2, 0.1)
+    assert checked.planner.select(open_ground, slow) == slow
     assert seeing.action_repeat == checked.action_repeat == 5
     assert isinstance(blind.planner, NoPlanner)
 

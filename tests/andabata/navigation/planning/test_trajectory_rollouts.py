@@ -13,6 +13,7 @@ from tests.support.rollout_plans import (
     LIMIT,
     ROBOT,
     SPEED,
+    checked,
     chosen,
     nowhere,
     planner_of,
@@ -184,3 +185,54 @@ def test_without_a_way_on_the_nearest_end_to_the_goal_is_taken():
         assert np.sign(chosen(plan, 0.0).angular) == side
         arcs, *_ = prices(plan)
         assert (arcs > 1000.0).all()
+
+
+@pytest.mark.parametrize(
+    "command", [Twist(0.6, 0.5), Twist(0.3, 1.0), Twist(0.0, 1.0), Twist(-0.3, 0.5), Twist(0.3, 0)]
+)
+def test_a_command_with_a_speed_of_its_own_stands_where_the_body_has_room(command):
+    """Whatever it is, dear ways too: the rollouts only check that nothing is in the body's way."""
+    assert checked(nowhere(), command) == command
+    assert checked(synthetic(goal=(-8.0, 0.0), cost=3.0), command) == command
+
+
+@pytest.mark.parametrize(
+    ("speed", "begin", "stands"),
+    [(0.6, 1.52, True), (0.6, 1.37, False), (0.3, 1.04, True), (0.3, 0.89, False)],
+)
+def test_it_is_checked_as_far_as_its_speed_leads(speed, begin, stands):
+    """Before a wall the body needs its half length beyond 1.6 s of its way."""
+    ahead = synthetic(clearance=lambda x, y: np.clip(begin - x, 0.0, 6.0))
+    reach = speed * CONFIG.check_time + ROBOT.length / 4 + ROBOT.half_radius
+    assert (begin > reach) is stands
+    command = checked(ahead, Twist(speed, 0.0))
+    assert (command == Twist(speed, 0.0)) is stands
+
+
+def test_a_turn_on_the_spot_needs_the_room_of_its_corners():
+    """The circle that the body sweeps, without the margin."""
+    swing = np.hypot(ROBOT.length, ROBOT.width) / 2
+    for extra, stands in ((0.02, True), (-0.02, False)):
+        plan = synthetic(clearance=swing + extra)
+        assert (checked(plan, Twist(0.0, LIMIT)) == Twist(0.0, LIMIT)) is stands
+
+
+def test_without_progress_the_rollouts_steer():
+    """After the patience, until the robot comes nearer."""
+    behind = synthetic(goal=(-8.0, 0.0))
+    command = Twist(0.6, 0.0)
+    assert checked(behind, command, stalled_time=24.9) == command
+    replaced = checked(behind, command, stalled_time=25.1)
+    assert replaced == chosen(behind, 0.0)
+    assert abs(replaced.angular) == LIMIT
+
+
+def test_decisions_of_a_check_count_for_the_time_about_a_place():
+    """A robot that a policy keeps about a place gives up clearance there as another one does."""
+    rollouts = rollouts_of()
+    tight = synthetic(clearance=ROBOT.half_radius - 0.05)
+    command = Twist(0.3, 0.0)
+    assert checked(tight, command, rollouts=rollouts) != command
+    for _ in range(130):
+        passed = checked(tight, command, rollouts=rollouts)
+    assert passed == command

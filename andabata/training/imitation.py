@@ -48,8 +48,8 @@ class ImitationConfig(BaseModel):
     drives: tuple[int, ...] = Field(default=(60, 60, 60), min_length=1)
     teacher_shares: tuple[float, ...] = (1.0, 0.4, 0.1)
     hidden: tuple[int, ...] = (128, 128)
-    epochs: int = Field(default=4, ge=1)
-    batch_size: int = Field(default=256, ge=1)
+    epochs: int = Field(default=8, ge=1)
+    batch_size: int = Field(default=64, ge=1)
     learning_rate: float = Field(default=1e-3, gt=0)
     clip: float = Field(default=6.0, gt=0)
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from andabata.navigation.planning.map_transform import MapTransform
 from terrain.kernel import kernel
 from worlds.world import Geofence
 
@@ -14,43 +15,34 @@ class GeofenceBounds(NamedTuple):
     """A geofence seen from ``odom``.
 
     Attributes:
-        c: Cosine of the turn from ``odom`` to the map.
-        s: Sine of that turn.
-        x: Shift along x [m].
-        y: Shift along y [m].
+        transform: Transform from ``odom`` to the map.
         x_min: Bound in the map [m].
         y_min: Bound in the map [m].
         x_max: Bound in the map [m].
         y_max: Bound in the map [m].
     """
 
-    c: float
-    s: float
-    x: float
-    y: float
+    transform: MapTransform
     x_min: float
     y_min: float
     x_max: float
     y_max: float
 
 
-EVERYWHERE = GeofenceBounds(1.0, 0.0, 0.0, 0.0, -math.inf, -math.inf, math.inf, math.inf)
+EVERYWHERE = GeofenceBounds(MapTransform(), -math.inf, -math.inf, math.inf, math.inf)
 """Bounds of a geofence that holds everything."""
 
 
-def geofence_in_odom(
-    geofence: Geofence | None, turn: float = 0.0, shift: tuple[float, float] = (0.0, 0.0)
-) -> GeofenceBounds:
+def geofence_in_odom(geofence: Geofence | None, transform: MapTransform) -> GeofenceBounds:
     """Return a geofence of the map as it lies in ``odom``.
 
     Args:
         geofence: Bounds in the map [m], or None.
-        turn: Yaw of the map's pose less that in ``odom`` [rad].
-        shift: Origin of ``odom`` in the map [m].
+        transform: Transform from ``odom`` to the map.
     """
     if geofence is None:
         return EVERYWHERE
-    return GeofenceBounds(math.cos(turn), math.sin(turn), *shift, *map(float, geofence))
+    return GeofenceBounds(transform, *map(float, geofence))
 
 
 @kernel
@@ -84,6 +76,7 @@ def _is_inside(
     # In odom, then in the map, where the geofence is straight.
     x = (centre[0] - n // 2 + i + 0.5) * cell
     y = (centre[1] - n // 2 + j + 0.5) * cell
-    map_x = bounds.c * x - bounds.s * y + bounds.x
-    map_y = bounds.s * x + bounds.c * y + bounds.y
+    there = bounds.transform
+    map_x = there.c * x - there.s * y + there.x
+    map_y = there.s * x + there.c * y + there.y
     return bounds.x_min < map_x < bounds.x_max and bounds.y_min < map_y < bounds.y_max

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from andabata.navigation.planning.cost_map import CostMap, CostWeights, Passage
 from andabata.navigation.planning.cost_to_go import edge_cells, search, search_for
 from andabata.navigation.planning.geofence_bounds import GeofenceBounds
-from andabata.navigation.planning.prior_map import MapTransform, PriorMap
+from andabata.navigation.planning.map_transform import MapTransform
+from andabata.navigation.planning.prior_map import PriorMap
 from terrain.kernel import kernel
 
 _DETOUR = 1.05

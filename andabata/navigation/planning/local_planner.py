@@ -27,9 +27,10 @@ from andabata.navigation.planning.geofence_bounds import EVERYWHERE, geofence_in
 from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.ground_layer import GroundLayerConfig
 from andabata.navigation.planning.low_obstacle_layer import LowObstacleLayerConfig
+from andabata.navigation.planning.map_transform import MapTransform, transform_of
 from andabata.navigation.planning.occupancy_config import OccupancyGridConfig
 from andabata.navigation.planning.occupancy_grid import OccupancyGrid
-from andabata.navigation.planning.prior_map import MapTransform, PriorMap
+from andabata.navigation.planning.prior_map import PriorMap
 from andabata.navigation.planning.trajectory_rollouts import (
     TrajectoryRollouts,
     TrajectoryRolloutsConfig,
@@ -209,14 +210,10 @@ class LocalPlanner:
             odometry: Pose of the robot in ``odom``.
         """
         if pose is None or odometry is None:
-            self._geofence = geofence_in_odom(geofence)
+            self._geofence = geofence_in_odom(geofence, MapTransform())
             return
-        turn = pose.yaw - odometry.yaw
-        c, s = math.cos(turn), math.sin(turn)
-        (x, y), (map_x, map_y) = odometry.position[:2].tolist(), pose.position[:2].tolist()
-        shift = (map_x - (c * x - s * y), map_y - (s * x + c * y))
-        self._geofence = geofence_in_odom(geofence, turn, shift)
-        self.plan.map_of_odom = MapTransform(c, s, *shift)
+        self.plan.map_of_odom = transform_of(pose, odometry)
+        self._geofence = geofence_in_odom(geofence, self.plan.map_of_odom)
 
     def bearing(
         self,

@@ -5,14 +5,13 @@ unknown ground alone: whatever the laser has seen counts as it was seen. Beyond 
 the robot it gives the cost of the rest of the way.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from andabata.navigation.planning.map_transform import MapTransform
 from terrain.heightfield import Heightfield
 from terrain.kernel import kernel
 
@@ -46,27 +45,6 @@ class PriorMapConfig(BaseModel):
     steep_slope: float = Field(default=np.deg2rad(20.0), gt=0, lt=1.5)
     slope_margin: float = Field(default=np.deg2rad(4.0), gt=0, lt=1.5)
     steep_cost: float = Field(default=10.0, ge=0, le=100)
-
-
-class MapTransform(NamedTuple):
-    """Transform from ``odom`` to the map.
-
-    Attributes:
-        c: Cosine of the turn.
-        s: Sine of the turn.
-        x: Shift along x [m].
-        y: Shift along y [m].
-    """
-
-    c: float = 1.0
-    s: float = 0.0
-    x: float = 0.0
-    y: float = 0.0
-
-    def to_map(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return places of ``odom`` in the map [m], shape (k, 2)."""
-        turn = np.array([[self.c, self.s], [-self.s, self.c]])
-        return np.asarray(places @ turn + (self.x, self.y))
 
 
 class PriorMap:

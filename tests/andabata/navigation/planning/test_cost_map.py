@@ -5,6 +5,7 @@ import pytest
 
 from andabata.navigation.planning.cost_map import CostConfig, CostMap, CostWeights, Passage
 from andabata.navigation.planning.geofence_bounds import EVERYWHERE, geofence_in_odom
+from andabata.navigation.planning.map_transform import MapTransform
 
 CELLS, CELL = 64, 0.2
 WEIGHTS = CostWeights.of(CostConfig(), lethal_log_odds=1.0, max_log_odds=3.0)
@@ -89,7 +90,8 @@ def test_with_hits_in_the_middles_of_cells_costs_are_those_without_along_a_row()
 
 def test_with_hits_the_geofence_counts_by_the_middles_of_its_cells():
     """Cells outside have no clearance, those inside their distance from the nearest outside."""
-    geofence, hits = geofence_in_odom((-2.0, -50.0, 50.0, 50.0)), np.zeros((CELLS, CELLS, 2))
+    geofence = geofence_in_odom((-2.0, -50.0, 50.0, 50.0), MapTransform())
+    hits = np.zeros((CELLS, CELLS, 2))
     found = mapped(free(), geofence=geofence, hits=hits.astype(np.float32))
     first = MIDDLE - 10
     assert (found.clearance[:first] == 0.0).all()

@@ -8,7 +8,8 @@ from andabata.navigation.planning.cost_map import CostConfig, CostWeights, Passa
 from andabata.navigation.planning.cost_to_go import edge_cells
 from andabata.navigation.planning.geofence_bounds import EVERYWHERE
 from andabata.navigation.planning.grid_planner import GridPlanner
-from andabata.navigation.planning.prior_map import MapTransform, PriorMap, PriorMapConfig
+from andabata.navigation.planning.map_transform import MapTransform
+from andabata.navigation.planning.prior_map import PriorMap, PriorMapConfig
 from terrain.heightfield import Heightfield
 
 CELLS, CELL = 64, 0.2

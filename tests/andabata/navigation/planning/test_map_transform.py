@@ -1,0 +1,38 @@
+"""Transform from odom to the map: the robot's own place first, and whatever turns with it."""
+
+import numpy as np
+import pytest
+
+from andabata.machine.pose import Pose
+from andabata.navigation.planning.map_transform import MapTransform, transform_of
+
+
+def pose_of(x: float, y: float, yaw: float) -> Pose:
+    """Return a level pose."""
+    quaternion = np.array([0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)])
+    return Pose(np.array([x, y, 0.0]), quaternion)
+
+
+@pytest.mark.parametrize(("yaw", "drifted"), [(0.0, 0.0), (0.4, 0.1), (-3.0, 3.0)])
+def test_what_the_robot_sees_ahead_is_ahead_in_both(yaw: float, drifted: float) -> None:
+    """Its own place, and a place 2 m ahead and 1 m to the left of it."""
+    pose, odometry = pose_of(10.0, -4.0, yaw), pose_of(3.0, 2.0, drifted)
+    places = [
+        each.position[:2]
+        + [
+            ahead * np.cos(each.yaw) - aside * np.sin(each.yaw),
+            ahead * np.sin(each.yaw) + aside * np.cos(each.yaw),
+        ]
+        for each in (odometry, pose)
+        for ahead, aside in ((0.0, 0.0), (2.0, 1.0))
+    ]
+    there = transform_of(pose, odometry).to_map(np.array(places[:2]))
+    np.testing.assert_allclose(there, places[2:], atol=1e-9)
+
+
+def test_without_drift_places_are_the_same() -> None:
+    """The default, and the transform of two equal poses."""
+    places = np.array([[1.0, 2.0], [-3.0, 0.5]])
+    pose = pose_of(5.0, 6.0, 0.7)
+    for transform in (MapTransform(), transform_of(pose, pose)):
+        np.testing.assert_allclose(transform.to_map(places), places, atol=1e-12)

@@ -13,16 +13,18 @@ def pose_of(x: float, y: float, yaw: float) -> Pose:
     return Pose(np.array([x, y, 0.0]), quaternion)
 
 
+def place_of(pose: Pose, ahead: float, aside: float) -> np.ndarray:
+    """Return a place that a robot sees ahead and to its left [m], shape (2,)."""
+    c, s = np.cos(pose.yaw), np.sin(pose.yaw)
+    return pose.position[:2] + np.array([c * ahead - s * aside, s * ahead + c * aside])
+
+
 @pytest.mark.parametrize(("yaw", "drifted"), [(0.0, 0.0), (0.4, 0.1), (-3.0, 3.0)])
 def test_what_the_robot_sees_ahead_is_ahead_in_both(yaw: float, drifted: float) -> None:
     """Its own place, and a place 2 m ahead and 1 m to the left of it."""
     pose, odometry = pose_of(10.0, -4.0, yaw), pose_of(3.0, 2.0, drifted)
     places = [
-        each.position[:2]
-        + [
-            ahead * np.cos(each.yaw) - aside * np.sin(each.yaw),
-            ahead * np.sin(each.yaw) + aside * np.cos(each.yaw),
-        ]
+        place_of(each, ahead, aside)
         for each in (odometry, pose)
         for ahead, aside in ((0.0, 0.0), (2.0, 1.0))
     ]

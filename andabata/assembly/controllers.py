@@ -9,7 +9,7 @@ from andabata.assembly.simulated_robot import SimulatedRobotConfig, at_world
 from andabata.localization.noisy_ground_truth import NoisyGroundTruthConfig
 from andabata.models import Models, shipped_policy
 from andabata.navigation.controller import Controller, Steering
-from andabata.navigation.map_observation import sees_map
+from andabata.navigation.map_observation import check_map_policy, sees_map
 from andabata.navigation.null_controllers import AwayController, RandomController
 from andabata.navigation.oracle import OracleController
 from andabata.navigation.planning.local_planner import LocalPlanner
@@ -98,6 +98,8 @@ def make_steering(
     controller = _MAKERS[inner](config, models or Models(), rng or np.random.default_rng(0))
     # A policy that sees the map has it from the planner, whose rollouts check it, or do nothing.
     has_map = inner == "policy" and sees_map((models or Models()).policy.observations)
+    if has_map:
+        check_map_policy((models or Models()).policy, config.robot)
     if inner == name and not has_map:
         return Steering(controller)
     repeat = config.rollouts.action_repeat

@@ -1,7 +1,7 @@
 """Observation and actions of policies that see what the robot knows: its map, turned with it."""
 
 import math
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from andabata.navigation.map_crops import (
     far_crop,
     near_crop,
 )
+from rl.policy import Policy
 from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
 
 MAX_SPEED_SCALE = 2.0
@@ -73,6 +74,36 @@ def map_observations(robot: RobotModel, has_subgoal: bool) -> ObservationSpec:
 def sees_map(observations: ObservationSpec) -> bool:
     """Return True if observations show the planner's map."""
     return any(term.name in ("map_near", "map_far", "subgoal") for term in observations.terms)
+
+
+def check_map_policy(policy: Policy, robot: RobotModel) -> None:
+    """Refuse a policy whose crops, numbers or actions are not those of a robot.
+
+    Args:
+        policy: Policy that sees the map.
+        robot: Limits of speed and steering.
+
+    Raises:
+        ValueError: If they differ; it names the first that does.
+    """
+    names = [term.name for term in policy.observations.terms]
+    expected = map_observations(robot, "subgoal" in names)
+    known = {term.name: term for term in expected.terms}
+    for term in policy.observations.terms:
+        if term != known.get(term.name):
+            _refuse(term.name, known.get(term.name, f"one of {', '.join(known)}"), term)
+    if missing := [name for name in known if name not in names]:
+        _refuse("observations", f"{', '.join(known)}", f"none of {', '.join(missing)}")
+    if policy.actions != map_actions(robot):
+        _refuse("actions", map_actions(robot), policy.actions)
+
+
+def _refuse(name: str, expected: object, got: object) -> NoReturn:
+    """Raise the error about a part of a policy."""
+    raise ValueError(
+        f"policy: expected {name} as this robot has them ({expected}), got {got}; teach one for it "
+        "with `andabata policy imitate`"
+    )
 
 
 def map_actions(robot: RobotModel) -> ActionSpec:

@@ -9,6 +9,7 @@ from andabata.machine.pose import Pose
 from andabata.navigation.map_observation import (
     action_shares,
     action_table,
+    check_map_policy,
     goal_in_robot,
     map_actions,
     map_observations,
@@ -18,7 +19,8 @@ from andabata.navigation.map_observation import (
 )
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.policy_controller import observation_of
-from rl.spaces import steering_observations
+from rl.crop_actor import CropActor
+from rl.spaces import ObservationSpec, steering_observations
 from tests.support.situations import GRID, ROBOT, between, pose_at, scan_of, situation
 
 SPEC = map_observations(ROBOT, has_subgoal=True)
@@ -109,3 +111,30 @@ def test_a_goal_underfoot_is_ahead():
     """Distance zero has a bearing all the same."""
     given = situation(goal_distance=0.0, pose=pose_at(1.0, 2.0, 0.3))
     np.testing.assert_allclose(goal_in_robot(given), [0.0, 0.0], atol=1e-9)
+
+
+def policy_of(observations=SPEC, actions=None):
+    """Return an untrained policy of a layout."""
+    return CropActor(observations, actions or map_actions(ROBOT), action_shares(ROBOT)).policy({})
+
+
+def test_a_policy_of_this_robot_is_accepted():
+    """With the planner's sub-goal among its numbers, and without it."""
+    check_map_policy(policy_of(), ROBOT)
+    check_map_policy(policy_of(map_observations(ROBOT, has_subgoal=False)), ROBOT)
+
+
+def test_a_policy_of_another_robot_is_refused_by_what_differs():
+    """Its limits, an unknown number, a missing one."""
+    fast = ROBOT.model_copy(update={"speed": 0.5})
+    with pytest.raises(ValueError, match="expected previous_speed as this robot has them"):
+        check_map_policy(policy_of(), fast)
+    slow = map_actions(ROBOT).model_copy(update={"high": (0.3, 0.5)})
+    with pytest.raises(ValueError, match="expected actions as this robot has them"):
+        check_map_policy(policy_of(actions=slow), ROBOT)
+    unknown = SPEC.terms[-1].model_copy(update={"name": "altitude"})
+    with pytest.raises(ValueError, match="altitude"):
+        check_map_policy(policy_of(ObservationSpec(terms=(*SPEC.terms, unknown))), ROBOT)
+    fewer = ObservationSpec(terms=SPEC.terms[:-1])
+    with pytest.raises(ValueError, match="none of stalled_time"):
+        check_map_policy(policy_of(fewer), ROBOT)

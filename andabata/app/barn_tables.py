@@ -27,7 +27,7 @@ def barn_tables(data: Data) -> Group:
         data: Rows of the controllers and of their differences; see ``run_barn_evaluation``.
     """
     rows = data["rows"]
-    shows_movers = any(row[key] for row in rows for key in _HITS)
+    shows_movers = any(row.get(key) for row in rows for key in _HITS)
     scores = [
         {
             "controller": row["controller"],
@@ -54,7 +54,14 @@ def barn_tables(data: Data) -> Group:
         table_of(scores, f"{rows[0]['worlds']} worlds, {data['about']}"),
         table_of(ends, "How the runs ended"),
         *([_difference_table(data["differences"])] if data["differences"] else []),
+        *_notes(data.get("notes", ())),
     )
+
+
+def _notes(lines: Sequence[str]) -> list[str]:
+    """Return what was read past in files of worlds: how often, and where first."""
+    more = f" (the first of {len(lines)} such faults)" if len(lines) > 1 else ""
+    return [f"Note: {line}{more}" for line in lines[:1]]
 
 
 def _difference_table(rows: Sequence[Data]) -> "Table":

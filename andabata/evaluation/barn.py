@@ -36,6 +36,7 @@ from andabata.tasks.rooms.planar_drive import (
 from worlds.rooms.barn import NARROW, PUBLISHED, BarnWorld, barn_world
 from worlds.rooms.moving_fields import moving_field
 from worlds.sdf.barn import BarnFile, barn_files, read_barn_world
+from worlds.sdf.moving_barn import faults
 
 Fields = Literal["published", "narrow", "moving-easy", "moving-medium", "moving-hard"]
 """Kinds of generated worlds: of cylinders that stand, or that move at three levels."""
@@ -111,12 +112,26 @@ def _files(config: BarnEvaluationConfig) -> tuple[BarnFile, ...]:
     return files
 
 
+def world_notes(config: BarnEvaluationConfig) -> tuple[str, ...]:
+    """Return what was read past in the worlds of an evaluation whose models move, a line each.
+
+    Raises:
+        SdfError: If a world file is none.
+        BarnFileError: If a folder is not as the benchmark has it.
+    """
+    if config.worlds == GENERATED:
+        return ()
+    moving = (file.world for file in _files(config) if file.path is None)
+    return tuple(note for world in moving for note in faults(world))
+
+
 def load_world(config: BarnEvaluationConfig, name: str) -> BarnWorld:
     """Return a world of an evaluation by its name.
 
     Raises:
         SdfError: If a world file is none.
         BarnFileError: If a path file is none.
+        MotionFileError: If the motion of a model cannot be read.
     """
     if config.worlds == GENERATED:
         return _generated(config.fields, int(name.rpartition("-")[2]))
@@ -241,4 +256,4 @@ def drive_barn_run(
 
 def _digest(file: BarnFile) -> str:
     """Return the SHA-256 of a world's files: they may have changed since."""
-    return hashlib.sha256(file.world.read_bytes() + file.path.read_bytes()).hexdigest()
+    return hashlib.sha256(b"".join(each.read_bytes() for each in file.files)).hexdigest()

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.ndimage import binary_dilation
 
 from worlds.rooms.moving_fields import LEVELS, MOVER_RADIUS, SIDE, TASK, moving_field
 from worlds.splits import JUDGING_START, JudgingSeedError
@@ -91,3 +92,37 @@ def test_fields_that_judge_are_refused():
     """Their seeds belong to a release."""
     with pytest.raises(JudgingSeedError):
         moving_field(JUDGING_START, "easy")
+
+
+def earliest(world, step=0.25, radius=0.333, speed=2.0):
+    """Return the time at which a disc that knows the future is at the goal [s], None if never.
+
+    It drives along x or y, a cell in a step, and keeps away from where movers are at both of its
+    ends and in the middle.
+    """
+    xs, ys = np.arange(-9.25, 11.9, step), np.arange(-9.25, 9.4, step)
+    x, y = np.meshgrid(xs, ys, indexing="ij")
+    (task,) = world.room.tasks
+    reached = (np.abs(x - task.start.x) < step / 2) & (np.abs(y - task.start.y) < step / 2)
+    at_goal = np.hypot(x - task.goal[0], y - task.goal[1]) < 1.0
+    courses = [np.array(mover.course) for mover in world.room.movers]
+    for k in range(1, 400):
+        free = np.ones_like(reached)
+        for now in ((k - 0.5) * step / speed, k * step / speed):
+            for rows in courses:
+                at = now % rows[-1, 0]
+                place = [np.interp(at, rows[:, 0], rows[:, axis]) for axis in (1, 2)]
+                free &= np.hypot(x - place[0], y - place[1]) > MOVER_RADIUS + radius
+        reached = binary_dilation(reached) & free
+        if (reached & at_goal).any():
+            return k * step / speed
+    return None
+
+
+def test_fields_can_be_crossed():
+    """By a disc around the robot that knows the future, at its largest speed: in little more than
+    the time of the straight line, which it does not drive."""
+    for seed in SEEDS[:2]:
+        time = earliest(moving_field(seed, "hard"))
+        assert time is not None
+        assert 9.0 <= time < 15.0

@@ -3,7 +3,7 @@
 The laser's hits are remembered around the robot. Over them stands the field of the time to the
 goal, at the end of which the rollouts of the controller are judged. How the robot follows commands
 is identified from its own commands and odometry while it drives, unless it is known. What moves can
-be followed, taken out of the hits, and priced where it will be at the time of each step.
+be followed, and priced where it will be at the time of each step.
 """
 
 import math
@@ -41,14 +41,12 @@ class MpcMoversConfig(BaseModel):
     Attributes:
         tracks: Settings of the tracks in its scans.
         forecast: Where movers are expected, and what it costs to be near them [s/s].
-        clear_margin: Distance around a mover within which its own hits are forgotten [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     tracks: CircleTracksConfig = CircleTracksConfig(max_range=10.0, min_speed=0.3)
     forecast: MoverForecastConfig = MoverForecastConfig()
-    clear_margin: float = Field(default=0.15, ge=0)
 
 
 class MpcNavigatorConfig(BaseModel):
@@ -248,15 +246,13 @@ class MpcNavigator:
         find_nearest(self.hits, self._nearest)
 
     def _follow(self, robot: LaserPose, ranges: NDArray[np.float32]) -> None:
-        """Follow what moves, and take it out of what stands."""
+        """Follow what moves. Its hits stay what stands: of false tracks in posts they are real."""
         config = self.config.movers
         if config is None or self._tracks is None:
             return
         tracks = self._tracks.update(robot, np.asarray(ranges, dtype=np.float64))
         here = np.array([robot.x, robot.y])
         self._forecast = forecast_of(tracks, config.forecast, here, self._max_speed)
-        for place, radius in zip(self._forecast.places, self._forecast.radii, strict=True):
-            self.hits.clear(place, float(radius) + config.clear_margin)
 
     def _stuck(self, position: NDArray[np.float64]) -> tuple[float, float]:
         """Return the shares of the margin and of the cost of ways backwards to give up.

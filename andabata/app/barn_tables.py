@@ -12,6 +12,13 @@ if TYPE_CHECKING:
 
 Data = Mapping[str, Any]
 
+_HITS = {
+    "hit_mover": "into a mover",
+    "hit_by_mover": "by a mover",
+    "hit_at_rest": "by one, standing",
+}
+"""Columns of the hits with movers, which are shown where there was one."""
+
 
 def barn_tables(data: Data) -> Group:
     """Return the scores of controllers in fields of cylinders, their ends, and differences.
@@ -20,6 +27,7 @@ def barn_tables(data: Data) -> Group:
         data: Rows of the controllers and of their differences; see ``run_barn_evaluation``.
     """
     rows = data["rows"]
+    shows_movers = any(row.get(key) for row in rows for key in _HITS)
     scores = [
         {
             "controller": row["controller"],
@@ -35,6 +43,7 @@ def barn_tables(data: Data) -> Group:
             "controller": row["controller"],
             "reached": f"{row['successes']}/{row['runs']}",
             "hit": row["collisions"],
+            **{name: row[key] for key, name in _HITS.items() if shows_movers},
             "late": row["timeouts"],
             "never left": row["never_left"],
             "time [s]": row["mean_time_s"],
@@ -45,7 +54,14 @@ def barn_tables(data: Data) -> Group:
         table_of(scores, f"{rows[0]['worlds']} worlds, {data['about']}"),
         table_of(ends, "How the runs ended"),
         *([_difference_table(data["differences"])] if data["differences"] else []),
+        *_notes(data.get("notes", ())),
     )
+
+
+def _notes(lines: Sequence[str]) -> list[str]:
+    """Return what was read past in files of worlds: how often, and where first."""
+    more = f" (the first of {len(lines)} such faults)" if len(lines) > 1 else ""
+    return [f"Note: {line}{more}" for line in lines[:1]]
 
 
 def _difference_table(rows: Sequence[Data]) -> "Table":

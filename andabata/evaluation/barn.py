@@ -23,7 +23,6 @@ from andabata.evaluation.barn_table import BarnAttempt, BarnMeasures, run_of, ru
 from andabata.evaluation.comparison import Attempts, DrivenCell
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.lidar import PlanarLidarConfig
-from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.planar.readings import PlanarReadings
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
 from andabata.runs.folder import commit
@@ -34,9 +33,13 @@ from andabata.tasks.rooms.planar_drive import (
     SimulatedPlanarRobot,
     drive_to_goal,
 )
-from andabata.tasks.terminations import Outcome
 from worlds.rooms.barn import NARROW, PUBLISHED, BarnWorld, barn_world
+from worlds.rooms.moving_fields import moving_field
 from worlds.sdf.barn import BarnFile, barn_files, read_barn_world
+from worlds.sdf.moving_barn import faults
+
+Fields = Literal["published", "narrow", "moving-easy", "moving-medium", "moving-hard"]
+"""Kinds of generated worlds: of cylinders that stand, or that move at three levels."""
 
 GENERATED = "generated"
 """Worlds of the project's own generator, in the place of a folder."""
@@ -56,7 +59,7 @@ class BarnEvaluationConfig(BaseModel):
 
     Attributes:
         worlds: Folder of the benchmark's worlds, or ``generated``.
-        fields: Rules of generated worlds: as published, or harder ones.
+        fields: Rules of generated worlds: as published, harder ones, or with cylinders that move.
         count: Number of generated worlds.
         first_seed: Seed of the first generated world; each has the next one.
         controllers: Names of the navigators.
@@ -74,7 +77,7 @@ class BarnEvaluationConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     worlds: str = GENERATED
-    fields: Literal["published", "narrow"] = "published"
+    fields: Fields = "published"
     count: int = Field(default=50, ge=1, le=100_000)
     first_seed: int = Field(default=FIRST_JUDGING, ge=0)
     controllers: tuple[str, ...] = BARN_NAVIGATORS
@@ -95,7 +98,7 @@ def world_names(config: BarnEvaluationConfig) -> tuple[str, ...]:
         BarnFileError: If a folder is not as the benchmark has it.
     """
     if config.worlds == GENERATED:
-        kind = "barn" if config.fields == "published" else "barn-narrow"
+        kind = "barn" if config.fields == "published" else f"barn-{config.fields}"
         return tuple(f"{kind}-{config.first_seed + k}" for k in range(config.count))
     return tuple(file.name for file in _files(config))
 
@@ -109,18 +112,46 @@ def _files(config: BarnEvaluationConfig) -> tuple[BarnFile, ...]:
     return files
 
 
+def world_notes(config: BarnEvaluationConfig) -> tuple[str, ...]:
+    """Return what was read past in the worlds of an evaluation whose models move, a line each.
+
+    Raises:
+        SdfError: If a world file is none.
+        BarnFileError: If a folder is not as the benchmark has it.
+    """
+    if config.worlds == GENERATED:
+        return ()
+    moving = (file.world for file in _files(config) if file.path is None)
+    return tuple(note for world in moving for note in faults(world))
+
+
 def load_world(config: BarnEvaluationConfig, name: str) -> BarnWorld:
     """Return a world of an evaluation by its name.
 
     Raises:
         SdfError: If a world file is none.
         BarnFileError: If a path file is none.
+        MotionFileError: If the motion of a model cannot be read.
     """
     if config.worlds == GENERATED:
-        seed = int(name.rpartition("-")[2])
-        return barn_world(seed, PUBLISHED if config.fields == "published" else NARROW)
+        return _generated(config.fields, int(name.rpartition("-")[2]))
     (file,) = (file for file in _files(config) if file.name == name)
     return read_barn_world(file)
+
+
+def _generated(fields: Fields, seed: int) -> BarnWorld:
+    """Return a generated world of a kind."""
+    match fields:
+        case "published":
+            return barn_world(seed, PUBLISHED)
+        case "narrow":
+            return barn_world(seed, NARROW)
+        case "moving-easy":
+            return moving_field(seed, "easy")
+        case "moving-medium":
+            return moving_field(seed, "medium")
+        case "moving-hard":
+            return moving_field(seed, "hard")
 
 
 @dataclass(frozen=True)
@@ -214,7 +245,7 @@ def drive_barn_run(
         scenario=name,
         repetition=trial,
         outcome=result.outcome,
-        contact=Contact.OBSTACLE if result.outcome is Outcome.COLLISION else Contact.NONE,
+        contact=result.contact,
         time=round(result.time, 6),
         distance=float(np.hypot(*np.diff(result.path[:, :2], axis=0).T).sum()),
         shortest=np.nan,
@@ -225,4 +256,4 @@ def drive_barn_run(
 
 def _digest(file: BarnFile) -> str:
     """Return the SHA-256 of a world's files: they may have changed since."""
-    return hashlib.sha256(file.world.read_bytes() + file.path.read_bytes()).hexdigest()
+    return hashlib.sha256(b"".join(each.read_bytes() for each in file.files)).hexdigest()

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from andabata.evaluation.attempt import Attempt
+from andabata.evaluation.attempt import CONTACTS, Attempt
 from andabata.evaluation.table import (
     Design,
     Row,
@@ -20,6 +20,7 @@ from andabata.evaluation.table import (
     by_contender,
     by_repetition,
     by_scenario,
+    hit_counts,
     is_success,
     mean,
     mean_difference,
@@ -59,6 +60,7 @@ def run_row(run: BarnAttempt) -> Row:
         "world": run.scenario,
         "trial": run.repetition,
         "outcome": str(run.outcome),
+        "contact": run.contact.label,
         "time": run.time,
         "optimal_time": run.detail.optimal_time,
         "left": run.detail.goal_distance,
@@ -67,14 +69,15 @@ def run_row(run: BarnAttempt) -> Row:
 
 
 def run_of(row: Mapping[str, Any]) -> BarnAttempt:
-    """Return the run of a row of ``run_row``."""
+    """Return the run of a row of ``run_row``; before contacts were told, all stood."""
     outcome = Outcome(row["outcome"])
+    before = Contact.OBSTACLE if outcome is Outcome.COLLISION else Contact.NONE
     return Attempt(
         contender=row["controller"],
         scenario=row["world"],
         repetition=row["trial"],
         outcome=outcome,
-        contact=Contact.OBSTACLE if outcome is Outcome.COLLISION else Contact.NONE,
+        contact=CONTACTS[row.get("contact", before.label)],
         time=row["time"],
         distance=np.nan,
         shortest=np.nan,
@@ -117,6 +120,7 @@ def _head(sample: Sample) -> Row:
         "runs": len(sample.attempts),
         "successes": sample.count(is_success),
         "collisions": failures.count("collision"),
+        **hit_counts(sample),
         "timeouts": failures.count("timeout"),
         "never_left": failures.count("never_left"),
     }
@@ -159,6 +163,7 @@ def barn_failures(runs: Sequence[BarnAttempt]) -> list[Row]:
             "world": run.scenario,
             "trial": run.repetition,
             "failure": failure(run),
+            "contact": run.contact.label,
             "time_s": run.time,
             "left_m": run.detail.goal_distance,
             "speed_m_s": run.detail.speed,

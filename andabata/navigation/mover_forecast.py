@@ -120,6 +120,10 @@ def forecast_of(
     )
 
 
+NO_MOVERS = forecast_of(TrackedMovers.none(), MoverForecastConfig(), np.zeros(2), 0.0)
+"""Forecast of nothing that moves."""
+
+
 @borrowing_kernel
 def mover_offset(
     places: NDArray[np.float64],

@@ -27,6 +27,9 @@ _SCORES = ("controller", "score", "ot_over_t", "success_rate", "mean_time_s")
 
 _ENDS = ("controller", "reached", "collisions", "timeouts", "never_left")
 
+_HITS = ("hit_mover", "hit_by_mover", "hit_at_rest")
+"""Columns of the collisions with movers, shown where there was one."""
+
 _DIFFERENCES = ("controller", "against", "score", "ot_over_t", "success")
 
 _FAILED = ("controller", "world", "trial", "failure", "time_s", "left_m", "speed_m_s")
@@ -63,12 +66,17 @@ def report_barn(folder: Path) -> tuple[Page, Row]:
         [Fact(row["controller"], interval(row, "score"), row["reached"]) for row in rows],
         [
             _scores(rows, folder),
-            Section("Ends", "How the runs ended.", Table(rows, _ENDS)),
+            Section("Ends", "How the runs ended.", Table(rows, (*_ENDS, *_hits(rows)))),
             _differences(differences) if differences else None,
             _failures(folder, data["failures"]),
         ],
     )
     return page, {key: data[key] for key in ("rows", "differences", "failures", "about")}
+
+
+def _hits(rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return the columns of hits of which there was one; tables before they were told have none."""
+    return _HITS if any(row.get(name) for row in rows for name in _HITS) else ()
 
 
 def _scores(rows: Sequence[Row], folder: Path) -> Section:

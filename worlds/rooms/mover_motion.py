@@ -83,7 +83,7 @@ def put_down(
         dt: Length of a sub-step [s].
 
     Raises:
-        ValueError: If there are too many, or one is too fast for its size.
+        ValueError: If there are too many, one has a course, or one is too fast for its size.
     """
     most = state.radii.shape[1]
     if len(movers) > most:
@@ -94,6 +94,11 @@ def put_down(
         array[k] = np.inf
     for m, mover in enumerate(movers):
         plan = mover.plan
+        if plan.course:
+            raise ValueError(
+                "movers: expected none with a course, which fields of --task barn have, got one; "
+                "leave it out of a room to train or to drive policies in"
+            )
         if plan.speed * dt > plan.radius:
             raise ValueError(
                 f"movers: expected at most {plan.radius / dt:.3g} m/s of a mover of "

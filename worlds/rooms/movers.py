@@ -2,9 +2,13 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+
+FASTEST = 5.0
+"""Largest speed of a mover [m/s]."""
 
 
 class MoverPlan(BaseModel):
@@ -21,6 +25,9 @@ class MoverPlan(BaseModel):
             leaves that to the time alone.
         appears_at: Time since the robot's start before which it does not appear [s].
         duration: Time after its appearance at which it vanishes for good [s]; None keeps it.
+        course: Times since the robot's start [s], the first one 0, and places [m]: it goes straight
+            from each place to the next, whatever stands there, and begins anew at the last time.
+            Empty for one that goes straight and turns back at what stands.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -28,11 +35,37 @@ class MoverPlan(BaseModel):
     radius: float = Field(gt=0.02, le=5)
     height: float = Field(default=1.7, gt=0.1, le=4)
     place: tuple[float, float] | None = None
-    speed: float = Field(default=0.0, ge=0, le=5)
+    speed: float = Field(default=0.0, ge=0, le=FASTEST)
     heading_deg: float | None = Field(default=None, ge=-360, le=360)
     when_within: float | None = Field(default=None, gt=0)
     appears_at: float = Field(default=0.0, ge=0)
     duration: float | None = Field(default=None, gt=0)
+    course: tuple[tuple[FiniteFloat, FiniteFloat, FiniteFloat], ...] = ()
+
+    @model_validator(mode="after")
+    def _check_course(self) -> Self:
+        """Refuse courses that do not begin at once in their place, or are too fast to follow."""
+        if not self.course:
+            return self
+        times = [time for time, _, _ in self.course]
+        spans = [later - time for time, later in pairwise(times)]
+        if times[0] != 0 or not spans or min(spans) <= 0:
+            raise ValueError(
+                f"course: expected ascending times from 0 on, two or more, got {times}"
+            )
+        if self.place != self.course[0][1:]:
+            raise ValueError(
+                f"place: expected the begin of its course, {self.course[0][1:]}, got {self.place}"
+            )
+        ways = [math.dist(here[1:], there[1:]) for here, there in pairwise(self.course)]
+        fastest = max(way / span for way, span in zip(ways, spans, strict=True))
+        if fastest > FASTEST:
+            raise ValueError(f"course: expected at most {FASTEST} m/s, got {fastest:.3g}")
+        if self.speed or self.when_within is not None or self.appears_at or self.duration:
+            raise ValueError(
+                "course: expected no speed, when_within, appears_at or duration beside it"
+            )
+        return self
 
     @model_validator(mode="after")
     def _check_place(self) -> Self:

@@ -3,6 +3,8 @@
 Worlds are plain or packed by gzip, and lie in the folder itself or in ``world_files``; paths there
 or in ``path_files``. A row of a path is a cell (a, b) of the field: x = 0.15 a - 4.575 m and
 y = 0.15 b + 5.075 m. A world's other shapes, such as boxes and meshes, count like its cylinders.
+
+Worlds of DynaBARN, whose models move by plugins, need no path; see ``worlds.sdf.moving_barn``.
 """
 
 import re
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 from worlds.rooms.barn import HALF, MIDDLE, RADIUS, TASK, BarnWorld
 from worlds.rooms.edges import outline_edges
 from worlds.rooms.room import Room
+from worlds.sdf.moving_barn import motion_files, plugins, read_moving_world
 from worlds.sdf.room import SLAB, room_of
 from worlds.sdf.world import read_sdf
 
@@ -45,24 +48,36 @@ class BarnFile:
     Attributes:
         number: Number of the world.
         world: Path of the world file.
-        path: Path of the file with the path.
+        path: Path of the file with the path; None for a world whose models move.
     """
 
     number: int
     world: Path
-    path: Path
+    path: Path | None
 
     @property
     def name(self) -> str:
         """Name of the world."""
         return f"world_{self.number}"
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All files that it is read from.
+
+        Raises:
+            MotionFileError: If the motion of a model is in none.
+        """
+        motions = motion_files(self.world).values() if self.path is None else (self.path,)
+        return self.world, *motions
+
 
 def barn_files(folder: Path) -> tuple[BarnFile, ...]:
     """Return the worlds of a folder by their numbers.
 
     Raises:
-        BarnFileError: If there is no such folder, no world in it, one twice, or one without a path.
+        BarnFileError: If there is no such folder, no world in it, one twice, or one without a path
+            in which nothing moves.
+        SdfError: If a world without a path is none.
     """
     if not folder.is_dir():
         raise BarnFileError(f"{folder}: expected a folder with world_N.world and path_N.npy")
@@ -81,7 +96,8 @@ def barn_files(folder: Path) -> tuple[BarnFile, ...]:
     if not files:
         raise BarnFileError(f"{folder}: expected world_1.world, packed by gzip or not, got none")
     return tuple(
-        BarnFile(number, files[number], _path_of(folder, number)) for number in sorted(files)
+        BarnFile(number, files[number], _path_of(folder, number, files[number]))
+        for number in sorted(files)
     )
 
 
@@ -91,8 +107,11 @@ def read_barn_world(file: BarnFile) -> BarnWorld:
     Raises:
         SdfError: If the world file is none, or not flat.
         BarnFileError: If the path is no list of cells.
+        MotionFileError: If the motion of a model cannot be read.
         OSError: If a file cannot be read.
     """
+    if file.path is None:
+        return read_moving_world(file.world, file.name)
     x, y = MIDDLE
     bounds = (x - _REACH, y - _REACH, x + _REACH, y + _REACH)
     plan = room_of(read_sdf(file.world), SLAB, bounds).plan
@@ -130,8 +149,8 @@ def read_barn_path(path: Path) -> NDArray[np.float64]:
     return np.asarray(cells * 2 * RADIUS + shift)
 
 
-def _path_of(folder: Path, number: int) -> Path:
-    """Return the file with the path of a world.
+def _path_of(folder: Path, number: int, world: Path) -> Path | None:
+    """Return the file with the path of a world, None for one whose models move.
 
     Raises:
         BarnFileError: If it is missing.
@@ -140,6 +159,8 @@ def _path_of(folder: Path, number: int) -> Path:
     for inner in _PATH_FOLDERS:
         if (folder / inner / name).is_file():
             return folder / inner / name
+    if plugins(world):
+        return None
     raise BarnFileError(
         f"{folder}: expected {name} for world_{number}, here or in path_files, got none; "
         "the optimal time needs it"

@@ -23,6 +23,13 @@ _MAX_DEPTH = 100
 
 _GZIP = b"\x1f\x8b"
 
+_FORGIVEN = (
+    (b"<pose frame=>", b"<pose>", "<pose frame=> without a value read as <pose>"),
+    (b"</static>\\", b"</static>", "a stray backslash after </static> left out"),
+)
+"""Faults of the public files of DynaBARN, what is read in their place, and how that is told. Of
+each kind all are forgiven, and no others."""
+
 
 class SdfError(ValueError):
     """A world, or a file that it names, that is not as SDF says; the text names file and line."""
@@ -39,6 +46,7 @@ class Element:
         line: Line on which it begins.
         children: Elements inside it, in order.
         text: Text inside it.
+        forgiven: Of a document's root: lines on which a fault was read past, and what it was.
     """
 
     tag: str
@@ -47,6 +55,7 @@ class Element:
     line: int
     children: list["Element"] = field(default_factory=list)
     text: str = ""
+    forgiven: tuple[tuple[int, str], ...] = ()
 
     @property
     def where(self) -> str:
@@ -100,7 +109,23 @@ def read_xml(path: Path, opaque: frozenset[str] = frozenset()) -> Element:
         data = _unpacked(data, path)
     if len(data) > _MAX_BYTES:
         raise SdfError(f"{path}: expected at most {_MAX_BYTES} bytes of XML, got more")
-    return _Builder(path, opaque).build(data)
+    mended, forgiven = _mended(data)
+    root = _Builder(path, opaque).build(mended)
+    root.forgiven = forgiven
+    return root
+
+
+def _mended(data: bytes) -> tuple[bytes, tuple[tuple[int, str], ...]]:
+    """Return a document without the faults that are forgiven, and on which lines they were."""
+    forgiven = []
+    for fault, right, text in _FORGIVEN:
+        at = data.find(fault)
+        while at >= 0:
+            # What replaces a fault has no line break: the lines of the document stay.
+            forgiven.append((data.count(b"\n", 0, at) + 1, text))
+            data = data[:at] + right + data[at + len(fault) :]
+            at = data.find(fault, at + len(right))
+    return data, tuple(sorted(forgiven))
 
 
 def _unpacked(data: bytes, path: Path) -> bytes:

@@ -86,6 +86,8 @@ class ModelFolders:
             root = read_xml(path, OPAQUE)
             if root.tag != "sdf":
                 root.fail("expected <sdf> as the outermost element")
+            for line, text in root.forgiven:
+                self._notes.add(text, Element("sdf", {}, path, line))
             version = version_of(root)
             if version < (1, 4):
                 root.fail(f"expected version 1.4 to 1.9, got {root.attributes['version']}")

@@ -11,7 +11,7 @@ from andabata.app.options.evaluation import (
 )
 from andabata.app.run_kinds import BARN, EvaluationRequest
 from andabata.engine import Engine
-from andabata.evaluation.barn import BarnComparison, BarnEvaluationConfig
+from andabata.evaluation.barn import BarnComparison, BarnEvaluationConfig, world_notes
 from andabata.evaluation.barn_table import BARN_TABLE, BarnAttempt, barn_failures
 
 _ABOUT = "light simulator: no place in a competition"
@@ -40,6 +40,7 @@ def barn_evaluation(request: EvaluationRequest) -> Evaluation:
             "worlds": config.worlds,
             "about": _ABOUT,
             "official": config.official,
+            "notes": world_notes(config),
         }
 
     comparison, about = BarnComparison(config), {"task": BARN}

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import typer
 
@@ -79,10 +79,9 @@ class TrialOptions:
             help="Comma-separated. Off-road some of policy, actor-critic, reactive, straight, "
             "without a map; policy+planner, reactive+planner, planner, with the local planner; "
             "oracle; random+planner, away+planner, null controllers. With --task barn some of "
-            "arcs, dwa, dwa-goal, gap, mpc, mpc-told, distilled, distilled+shield, td3, spn, "
-            "heading with the map of dwa, td3-goal, spn-goal without, straight, "
-            "random. The default is policy+planner,reactive "
-            "off-road, and all with --task barn.",
+            "arcs, dwa, dwa-goal, gap, mpc, mpc-told, mpc-movers, distilled, distilled+shield, "
+            "td3, spn, heading with the map of dwa, td3-goal, spn-goal without, straight, random. "
+            "The default is policy+planner,reactive off-road, and all with --task barn.",
             rich_help_panel=_BOTH,
         ),
     ] = None
@@ -297,7 +296,8 @@ class BarnEvaluationOptions:
     fields: Annotated[
         str,
         typer.Option(
-            help="Rules of generated worlds: published, or narrow, whose widest way is 0.60 m.",
+            help="Rules of generated worlds: published; narrow, whose widest way is 0.60 m; or "
+            "moving-easy, moving-medium, moving-hard: cylinders that move, as in DynaBARN.",
             rich_help_panel=_BARN,
         ),
     ] = "published"
@@ -333,7 +333,12 @@ class BarnEvaluationOptions:
                 contradicts ``--official``, or there are several policies.
         """
         from andabata.configuration.usage import one_word, words
-        from andabata.evaluation.barn import GENERATED, OFFICIAL_TRIALS, BarnEvaluationConfig
+        from andabata.evaluation.barn import (
+            GENERATED,
+            OFFICIAL_TRIALS,
+            BarnEvaluationConfig,
+            Fields,
+        )
         from andabata.evaluation.barn_navigators import BARN_NAVIGATORS
         from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 
@@ -344,7 +349,7 @@ class BarnEvaluationOptions:
         names, every = driven.controllers, BARN_NAVIGATORS
         trials = OFFICIAL_TRIALS if driven.trials is None else driven.trials
         vehicle = one_word(self.vehicle, tuple(PLANAR_VEHICLES), "--vehicle")
-        fields = one_word(self.fields, ("published", "narrow"), "--fields")
+        fields = one_word(self.fields, get_args(Fields), "--fields")
         # Published scores are those of the benchmark's own worlds, robot and number of runs: a
         # figure of anything else must not be taken for one (docs/results/barn.md).
         own = self.worlds != GENERATED and vehicle == "barn" and trials == OFFICIAL_TRIALS

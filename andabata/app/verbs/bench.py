@@ -236,6 +236,56 @@ def localization(
 
 @app.command()
 @command
+def movers(
+    *,
+    lasers: Annotated[
+        str,
+        typer.Option(help="Comma-separated: planar, BARN's laser in rooms; off-road sensors."),
+    ] = "planar,utm-30lx,os1-64",
+    count: Annotated[int, typer.Option(min=1, help="Number of worlds of each kind.")] = 3,
+    seconds: Annotated[float, typer.Option(min=0.1, help="Duration of a drive [s].")] = 60.0,
+    settings: SettingsOptions,
+    seed: EvaluationSeed = DEVELOPMENT_SEED,
+    workers: Workers = 2,
+    output: ConsoleOptions,
+) -> None:
+    """Compare the tracks of movers with the truth, by range and speed: found, missed, false.
+
+    Off-road lasers drive in natural-walkers and natural-test, the planar one in rooms with and
+    without movers and in BARN fields of moving cylinders. A moment counts when a mover has been in
+    sight for 1 s within 5 m; a track that is never near one is false. The first world has --seed.
+
+    Examples:
+        andabata bench movers
+        andabata bench movers --lasers planar --count 10 --json
+        andabata bench movers --lasers os1-64,utm-30lx --seconds 120
+        andabata bench movers --set circles.min_speed=0.2
+    """
+    from andabata.app.console import table_of
+    from andabata.bench.movers import (
+        LASERS,
+        BenchMoversConfig,
+        bench_movers,
+        class_table,
+        drive_table,
+    )
+    from andabata.configuration.usage import words
+    from andabata.machine.lidar_models import sensor_names
+
+    known = (*LASERS, *(name for name in sensor_names() if name not in LASERS))
+    names = words(lasers, known, "--lasers")
+    config, console = settings.resolve(BenchMoversConfig), output.console()
+    data = bench_movers(config, names, count, seconds, seed, workers, console)
+    console.result(
+        data,
+        table_of(class_table(data["ranges"], "range_m", "range [m]"), "movers in sight, by range"),
+        table_of(class_table(data["speeds"], "speed_m_s", "speed [m/s]"), "the same, by speed"),
+        table_of(drive_table(data["drives"]), "tracks, false ones, and the cost of a step"),
+    )
+
+
+@app.command()
+@command
 def vehicle(
     *,
     robot: Robot = "andabata",

@@ -5,14 +5,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from andabata.machine.planar.footprint import Obstacles, touches
+from andabata.machine.planar.footprint import Obstacles, outline_distance, touches
+from andabata.machine.planar.mover_contact import Contact, contact_with_mover
 from andabata.machine.planar.odometry import move_along_arc, turn_off
 from andabata.machine.planar.skid_steer import Swing, swung
 from terrain.kernel import kernel
+from worlds.rooms.mover_motion import Movers
 
 X, Y, YAW, V, W, SET_V, SET_W, ODOM_X, ODOM_Y, ODOM_YAW, RATE_V, RATE_W = range(12)
 """Parts of a state: pose, body's speed and yaw rate, those asked for, pose by odometry, and changes
 of the body's speed [m/s2] and yaw rate [rad/s2], which a skid-steered base alone has."""
+
+
+_NONE, _OBSTACLE = int(Contact.NONE), int(Contact.OBSTACLE)
 
 
 class PlanarMotion(NamedTuple):
@@ -60,7 +65,8 @@ def drive_period(
     motion: PlanarMotion,
     corners: NDArray[np.float64],
     around: Obstacles,
-) -> bool:
+    movers: Movers,
+) -> int:
     """Drive for one period, to the first contact at most.
 
     Args:
@@ -70,13 +76,14 @@ def drive_period(
         draws: Slip of speed and of yaw rate, and the draw of the odometry's heading, shape (3,).
         motion: Numbers of the drive.
         corners: Corners of the footprint [m], shape (c, 2).
-        around: Obstacles.
+        around: Obstacles that stand.
+        movers: Movers at the end of each step of integration, the first axis.
 
     Returns:
-        True if it touches something.
+        The ``Contact`` with what it touches.
     """
     way = 0.0
-    contact = False
+    contact = _NONE
     for step in range(motion.substeps):
         # The newest command that is old enough: row k is k periods and this step old.
         row = 0
@@ -96,10 +103,35 @@ def drive_period(
         move_along_arc(state, ODOM_X, seen, state[W] * motion.dt)
         way += abs(seen)
         if touches(state[X], state[Y], state[YAW], corners, motion.reach, around):
-            contact = True
+            contact = _OBSTACLE
+        elif _meets_mover(state, corners, motion.reach, step, movers):
+            place, speed = (state[X], state[Y], state[YAW]), state[V]
+            # The mover that is nearest to the middle, of all that may touch the outline.
+            contact = contact_with_mover(*place, speed, motion.reach, step, movers)
+        if contact != _NONE:
             break
     turn_off(state, ODOM_X, motion.odometry_turn, way, draws[2])
     return contact
+
+
+@kernel
+def _meets_mover(
+    state: NDArray[np.float64],
+    corners: NDArray[np.float64],
+    reach: float,
+    step: int,
+    movers: Movers,
+) -> bool:
+    """Return True if the footprint touches a mover at the end of a step of integration."""
+    cosine, sine = np.cos(state[YAW]), np.sin(state[YAW])
+    for m in range(movers.radii.shape[1]):
+        radius = movers.radii[step, m]
+        dx, dy = movers.places[step, m, 0] - state[X], movers.places[step, m, 1] - state[Y]
+        if radius <= 0.0 or dx * dx + dy * dy >= (reach + radius) ** 2:
+            continue
+        if outline_distance(cosine * dx + sine * dy, cosine * dy - sine * dx, corners) < radius:
+            return True
+    return False
 
 
 @kernel

@@ -22,9 +22,11 @@ from andabata.machine.planar.footprint import (
     touches,
 )
 from andabata.machine.planar.motion import ODOM_X, RATE_V, PlanarMotion, V, W, drive_period
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.planar.odometry import OdometryErrors
 from andabata.machine.planar.readings import PlanarPose
 from andabata.machine.planar.skid_steer import SkidSteerConfig, Swing, swing_of
+from worlds.rooms.mover_motion import Movers
 
 Interval = tuple[float, float]
 """Least and largest value."""
@@ -201,7 +203,7 @@ class PlanarVehicle:
     Attributes:
         config: Settings of this drive, drawn ones included.
         state: Parts as named above, float64, shape (12,).
-        has_contact: True once it has touched something, where it stays.
+        contact: Contact with what it has touched, where it stays.
     """
 
     def __init__(
@@ -248,7 +250,14 @@ class PlanarVehicle:
         waiting = math.ceil(most / config.substeps) + 1
         self._commands = np.zeros((waiting, 2))
         self._delays = np.full(waiting, config.delay_steps)
-        self.has_contact = bool(touches(*start, self._corners, self._motion.reach, around))
+        meets = touches(*start, self._corners, self._motion.reach, around)
+        self.contact = Contact.OBSTACLE if meets else Contact.NONE
+        self._no_movers = Movers.none(config.substeps)
+
+    @property
+    def has_contact(self) -> bool:
+        """True once it has touched something."""
+        return self.contact is not Contact.NONE
 
     @property
     def pose(self) -> PlanarPose:
@@ -265,11 +274,12 @@ class PlanarVehicle:
         """Speed and yaw rate of the wheels, without the noise of their measurement."""
         return Twist(float(self.state[V]), float(self.state[W]))
 
-    def step(self, command: Twist) -> None:
+    def step(self, command: Twist, movers: Movers | None = None) -> None:
         """Drive for one control period.
 
         Args:
             command: Wanted twist; it is limited, and acts after the delay.
+            movers: Movers at the end of each step of integration, the first axis; None for none.
 
         Raises:
             ValueError: If the command is not finite.
@@ -277,7 +287,7 @@ class PlanarVehicle:
         self._take(self.config.limited(command))
         draws = self._odometry_errors.drawn_period(self._rng)
         if not self.has_contact:
-            self.has_contact = drive_period(
+            contact = drive_period(
                 self.state,
                 self._commands,
                 self._delays,
@@ -285,7 +295,9 @@ class PlanarVehicle:
                 self._motion,
                 self._corners,
                 self._around,
+                self._no_movers if movers is None else movers,
             )
+            self.contact = Contact(contact)
 
     def _take(self, command: Twist) -> None:
         """Put a command in front of those that wait, with its delay."""

@@ -2,7 +2,8 @@
 
 The laser's hits are remembered around the robot. Over them stands the field of the time to the
 goal, at the end of which the rollouts of the controller are judged. How the robot follows commands
-is identified from its own commands and odometry while it drives, unless it is known.
+is identified from its own commands and odometry while it drives, unless it is known. What moves can
+be followed, and priced where it will be at the time of each step.
 """
 
 import math
@@ -17,6 +18,8 @@ from andabata.machine.planar.footprint import inner_radius_of, reach_of
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.readings import PlanarPose, PlanarReadings
 from andabata.machine.planar.vehicle import PlanarVehicleConfig
+from andabata.navigation.mover_forecast import NO_MOVERS, MoverForecastConfig, forecast_of
+from andabata.navigation.planar.circle_tracks import CircleTracks, CircleTracksConfig
 from andabata.navigation.planar.dynamics import (
     PlanarDynamics,
     WheelLimits,
@@ -30,6 +33,20 @@ from andabata.navigation.planar.hit_layer import HitLayer, HitLayerConfig, Laser
 from andabata.navigation.planar.nearest_hits import empty_hits, find_nearest
 from andabata.navigation.planar.sampling_mpc import SamplingMpc, SamplingMpcConfig
 from andabata.navigation.planar.time_to_go import TimeToGo, TimeToGoConfig, limits_of
+
+
+class MpcMoversConfig(BaseModel):
+    """Settings of what the navigator knows of movers.
+
+    Attributes:
+        tracks: Settings of the tracks in its scans.
+        forecast: Where movers are expected, and what it costs to be near them [s/s].
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    tracks: CircleTracksConfig = CircleTracksConfig(max_range=10.0, min_speed=0.3)
+    forecast: MoverForecastConfig = MoverForecastConfig()
 
 
 class MpcNavigatorConfig(BaseModel):
@@ -50,6 +67,7 @@ class MpcNavigatorConfig(BaseModel):
             nothing [s].
         recovery_distance: Distance from the place where the robot stood beyond which driving
             backwards costs again [m].
+        movers: What it knows of movers; None takes what moves for what stands.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -66,6 +84,7 @@ class MpcNavigatorConfig(BaseModel):
     recovery_risk: float = Field(default=1.0, ge=0, le=1)
     standing_time: float = Field(default=1.0, gt=0)
     recovery_distance: float = Field(default=0.4, ge=0)
+    movers: MpcMoversConfig | None = None
 
     @model_validator(mode="after")
     def _check_times(self) -> Self:
@@ -76,6 +95,10 @@ class MpcNavigatorConfig(BaseModel):
                 f"got {self.standing_time} s"
             )
         return self
+
+
+WITH_MOVERS = MpcNavigatorConfig(movers=MpcMoversConfig())
+"""Settings of a navigator that follows what moves and prices where it will be."""
 
 
 class MpcNavigator:
@@ -108,6 +131,7 @@ class MpcNavigator:
         self.config = config = config or MpcNavigatorConfig()
         hits, footprint, max_speed = config.hits, vehicle.footprint, vehicle.max_speed
         self._period, self._half_width = vehicle.period, inner_radius_of(footprint)
+        self._max_speed = max_speed
         self._known = _dynamics_of(vehicle) if are_dynamics_known else None
         self.hits = HitLayer(hits)
         speeds = limits_of(self._half_width, max_speed, config.mpc.margin, config.time_to_go)
@@ -142,6 +166,9 @@ class MpcNavigator:
         self.identification.reset()
         self._bearings, self._max_range = lidar.bearings, lidar.max_range
         self._laser = LaserPose(lidar.x, lidar.y, math.radians(lidar.yaw_deg))
+        movers = self.config.movers
+        self._tracks = None if movers is None else CircleTracks(lidar, self._period, movers.tracks)
+        self._forecast = NO_MOVERS
         self._goal = np.array(goal, dtype=np.float64)
         self._past[:], self._speeds[:], self._places[:] = 0.0, 0.0, np.inf
         self._stood = np.full(2, np.inf)
@@ -183,6 +210,7 @@ class MpcNavigator:
             self._goal,
             self._rng,
             *self._stuck(position),
+            self._forecast,
         )
         self._past[:-1] = self._past[1:].copy()
         self.took(command)
@@ -214,7 +242,17 @@ class MpcNavigator:
         self.hits.follow(position)
         self.hits.update(self._laser.on(robot), self._bearings, ranges, self._max_range)
         self.hits.clear(position, self._half_width - _RIM)
+        self._follow(robot, ranges)
         find_nearest(self.hits, self._nearest)
+
+    def _follow(self, robot: LaserPose, ranges: NDArray[np.float32]) -> None:
+        """Follow what moves. Its hits stay what stands: of false tracks in posts they are real."""
+        config = self.config.movers
+        if config is None or self._tracks is None:
+            return
+        tracks = self._tracks.update(robot, np.asarray(ranges, dtype=np.float64))
+        here = np.array([robot.x, robot.y])
+        self._forecast = forecast_of(tracks, config.forecast, here, self._max_speed)
 
     def _stuck(self, position: NDArray[np.float64]) -> tuple[float, float]:
         """Return the shares of the margin and of the cost of ways backwards to give up.

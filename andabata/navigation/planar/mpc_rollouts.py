@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.machine.planar.footprint import Corners, reach_of
+from andabata.navigation.mover_forecast import NO_MOVERS, MoverForecast, mover_price
 from andabata.navigation.planar.dynamics import (
     MotionState,
     PlanarDynamics,
@@ -107,12 +108,14 @@ class KnownSurroundings(NamedTuple):
         field: Time to the goal.
         goal_x: Goal [m].
         goal_y: Goal [m].
+        movers: Movers, and what it costs to be near them; without any nothing is priced.
     """
 
     hits: NearestHits
     field: TimeField
     goal_x: float
     goal_y: float
+    movers: MoverForecast = NO_MOVERS
 
 
 @kernel
@@ -236,6 +239,8 @@ def _price(
     old = dynamics.delay / period - int(dynamics.delay / period)
     last_v, last_w = late.past[-1]
     steps, cost = len(commands), 0.0
+    # Movers are where they are now, commands have effect after the delay.
+    waited, moves = int(dynamics.delay / period), len(around.movers.radii) > 0
     for t in range(steps):
         now_v, now_w = commands[t, 0], commands[t, 1]
         set_v, new_v = advance_axis(set_v, v, now_v + old * (last_v - now_v), step_v)
@@ -257,6 +262,10 @@ def _price(
             return cost + prices.contact_cost * (2.0 - t / steps)
         if free < margin:
             cost += prices.margin_cost * period * (1.0 - free / margin) ** 2
+        if moves:
+            time = (waited + t + 1) * period
+            price = mover_price(x, y, (0.0, 0.0), body.reach, time, around.movers)
+            cost += price * period
         squared = (x - around.goal_x) ** 2 + (y - around.goal_y) ** 2
         if squared < prices.arrival_radius**2:
             return cost - (steps - 1 - t) * period

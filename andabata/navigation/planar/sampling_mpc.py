@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.footprint import Corners
+from andabata.navigation.mover_forecast import NO_MOVERS, MoverForecast
 from andabata.navigation.planar.dynamics import (
     MotionState,
     PlanarDynamics,
@@ -138,6 +139,7 @@ class SamplingMpc:
         rng: np.random.Generator,
         risk: float = 0.0,
         backing: float = 0.0,
+        movers: MoverForecast = NO_MOVERS,
     ) -> Twist:
         """Return the command of this period.
 
@@ -153,6 +155,7 @@ class SamplingMpc:
             risk: Share of the margin that is given up, with as much more noise, for a robot that
                 is stuck.
             backing: Share of the cost of ways backwards that is given up.
+            movers: Movers, and what it costs to be near them.
         """
         config = self.config
         # The last plan, one period later; its end goes on.
@@ -174,7 +177,7 @@ class SamplingMpc:
             turn_cost=config.turn_cost,
             arrival_radius=config.arrival_radius,
         )
-        around = KnownSurroundings(hits, field, float(goal[0]), float(goal[1]))
+        around = KnownSurroundings(hits, field, float(goal[0]), float(goal[1]), movers)
         price_all(self._commands, start, late, around, self._body, prices, self.costs)
         self.plan[:] = self._best(start, late, around, prices)
         return Twist(float(self.plan[0, 0]), float(self.plan[0, 1]))

@@ -9,14 +9,17 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from andabata.machine.kinematics import Twist
-from andabata.machine.planar.footprint import Obstacles
+from andabata.machine.planar.footprint import Obstacles, reach_of
 from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.planar.readings import PlanarNavigator, PlanarPose, PlanarReadings
 from andabata.machine.planar.vehicle import PlanarVehicle, PlanarVehicleConfig
 from andabata.tasks.rooms.batch import laser_arrays, room_arrays
 from andabata.tasks.rooms.kernel import MIN_RANGE, cast
+from andabata.tasks.rooms.planar_movers import PlanarMovers
 from andabata.tasks.terminations import Outcome
 from worlds.rooms.mover_motion import Movers
+from worlds.rooms.mover_placement import draw_movers
 from worlds.rooms.room import Room, RoomTask
 
 BARN_LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=270 / 719, max_range=30, x=0.055)
@@ -49,6 +52,7 @@ class DriveResult(NamedTuple):
 
     Attributes:
         outcome: Goal, collision or time-out.
+        contact: What it touched in the end, and who drove into whom.
         time: Time by the clock [s], 0 if it never ran.
         goal_distance: Distance from the goal at the end [m].
         speed: Speed at the end [m/s].
@@ -57,6 +61,7 @@ class DriveResult(NamedTuple):
     """
 
     outcome: Outcome
+    contact: Contact
     time: float
     goal_distance: float
     speed: float
@@ -82,11 +87,14 @@ class SimulatedPlanarRobot:
         """Put the robot down at the start of a task, at rest.
 
         Args:
-            room: Room. What moves in it is left out.
+            room: Room with what moves in it.
             task: Start and goal.
             vehicle: Settings of the dynamics.
             lidar: Laser.
             rng: Source of randomness of the drive; each period takes as many numbers.
+
+        Raises:
+            ValueError: If a mover is too fast for its size.
         """
         start = PlanarPose(task.start.x, task.start.y, task.start.yaw)
         self.vehicle = PlanarVehicle(
@@ -94,10 +102,12 @@ class SimulatedPlanarRobot:
         )
         self.lidar = lidar
         self._rng, self._periods = rng, 0
-        # Its own source: what the laser and the ground draw does not depend on it.
-        (self._speed_rng,) = rng.spawn(1)
+        # Sources of their own: what the laser and the ground draw does not depend on them.
+        self._speed_rng, mover_rng = rng.spawn(2)
         self._rooms, self._lasers = room_arrays([room]), laser_arrays([lidar])
-        self._movers = Movers.none(1, 0)
+        self._reach = reach_of(vehicle.footprint)
+        movers = draw_movers(room, mover_rng, task, self._reach)
+        self._movers = PlanarMovers(room, movers, vehicle)
         self._found = np.zeros((1, lidar.count), dtype=np.float32)
 
     def read(self) -> PlanarReadings:
@@ -107,7 +117,8 @@ class SimulatedPlanarRobot:
         motion = np.zeros((1, 5))
         motion[0, :3] = self.vehicle.pose
         none = np.zeros(1, dtype=np.int64)
-        cast(motion, one, none, self._rooms, self._movers, self._lasers, none, self._found)
+        movers = self._movers.state
+        cast(motion, one, none, self._rooms, movers, self._lasers, none, self._found)
         ranges = 1.0 / self._found[0]
         noise = self._rng.standard_normal(len(ranges), dtype=np.float32)
         met = ranges < self.lidar.max_range * (1 - 1e-6)
@@ -118,6 +129,11 @@ class SimulatedPlanarRobot:
             velocity=self._measured_velocity(),
             ranges=np.where(met, noisy, np.float32(np.inf)),
         )
+
+    @property
+    def movers(self) -> Movers:
+        """Movers now, in the room; the first axis has one row."""
+        return self._movers.state
 
     def _measured_velocity(self) -> Twist:
         """Return speed and yaw rate of the wheels with the noise of their measurement."""
@@ -131,7 +147,7 @@ class SimulatedPlanarRobot:
         Raises:
             ValueError: If the command is not finite.
         """
-        self.vehicle.step(command)
+        self.vehicle.step(command, self._movers.step(self.vehicle.pose, self._reach))
         self._periods += 1
 
 
@@ -183,4 +199,5 @@ def drive_to_goal(
         elif waited - (begun or 0) >= most:
             outcome = Outcome.TIMEOUT
     time = 0.0 if begun is None else (waited - begun) * period
-    return DriveResult(outcome, time, goal_distance, vehicle.velocity.linear, np.array(path))
+    speed = vehicle.velocity.linear
+    return DriveResult(outcome, vehicle.contact, time, goal_distance, speed, np.array(path))

@@ -13,6 +13,7 @@ from andabata.evaluation.barn import (
     drive_barn_run,
     load_world,
     world_names,
+    world_notes,
 )
 from andabata.evaluation.comparison import run_comparison
 from andabata.machine.planar.mover_contact import Contact
@@ -20,7 +21,9 @@ from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.navigation.planar.catalogue import PLANAR_NAVIGATORS
 from andabata.navigation.planar.null_navigators import StraightNavigator
 from tests.support.barn_folders import write_world
+from tests.support.moving_barn_folders import source_text, write_moving_world
 from worlds.rooms.barn import NARROW, barn_world
+from worlds.rooms.moving_fields import moving_field
 from worlds.sdf.barn import BarnFileError
 
 BLIND = BarnEvaluationConfig(count=3, trials=2, controllers=("straight", "random"))
@@ -84,6 +87,31 @@ def test_official_worlds_are_every_sixth_of_all(tmp_path, monkeypatch):
     assert len(world_names(config)) == 12
     monkeypatch.setattr(barn, "ALL_WORLDS", 12)
     assert world_names(config) == ("world_0", "world_6")
+
+
+def test_fields_with_movers_are_driven_and_told(tmp_path):
+    """Three levels by name; a blind robot is hit or hits, and a folder of such worlds is read."""
+    for level in ("easy", "medium", "hard"):
+        config = BLIND.model_copy(update={"fields": f"moving-{level}", "first_seed": 7300})
+        name = f"barn-moving-{level}-7300"
+        assert world_names(config)[0] == name
+        assert load_world(config, name).room.movers == moving_field(7300, level).room.movers
+    blind = config.model_copy(update={"controllers": ("straight",), "trials": 1})
+    contacts = {run.contact for run in drive_all(blind)}
+    assert contacts
+    assert contacts <= {Contact.MOVER, Contact.HIT}
+    folder = write_moving_world(tmp_path, 4)
+    config = blind.model_copy(update={"worlds": str(folder)})
+    assert world_names(config) == ("world_4",)
+    (run,) = drive_all(config)
+    assert run.detail.optimal_time == 10.0
+    notes = world_notes(config)
+    assert len(notes) == 4
+    assert "world_4.world:" in notes[0]
+    assert world_notes(blind) == ()
+    digest = BarnComparison(config).about["files"]
+    (folder / "plugins" / "obs_0.cc").write_text(source_text(length=10.01))
+    assert BarnComparison(config).about["files"] != digest
 
 
 def test_generated_worlds_are_those_of_their_seeds():

@@ -1,6 +1,7 @@
 """Scores of BARN, and rows with intervals and differences."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -64,6 +65,25 @@ def test_failures_have_kinds():
     (row,) = BARN_TABLE.rows(runs[:1])
     assert (row["success_rate"], row["collisions"]) == (1.0, 0)
     assert [each["failure"] for each in barn_failures(runs)] == kinds[1:]
+
+
+def test_who_hit_whom_is_told_and_kept():
+    """Columns of the row, of a failure, and of the journal; older journals knew what stands."""
+    runs = [
+        replace(run(3.0, Outcome.COLLISION, trial=k), contact=contact)
+        for k, contact in enumerate(
+            (Contact.MOVER, Contact.HIT, Contact.HIT, Contact.HIT_AT_REST, Contact.OBSTACLE)
+        )
+    ]
+    (row,) = BARN_TABLE.rows(runs)
+    columns = ("collisions", "hit_mover", "hit_by_mover", "hit_at_rest")
+    assert [row[name] for name in columns] == [5, 1, 2, 1]
+    assert [each["contact"] for each in barn_failures(runs)][:2] == ["mover", "hit"]
+    rows = [json.loads(json.dumps(run_row(each))) for each in runs]
+    assert [run_of(each).contact for each in rows] == [each.contact for each in runs]
+    for each in rows:
+        del each["contact"]
+    assert {run_of(each).contact for each in rows} == {Contact.OBSTACLE}
 
 
 def grid(controller, times):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from worlds.rooms.mover_motion import Movers, Schedules, advance, come_and_go
+from worlds.rooms.mover_motion import Movers, Schedules, advance, come_and_go, put_down
+from worlds.rooms.movers import Mover, MoverPlan
 
 DT = 0.05
 BOX = np.array([[-3.2, -2.2, -3.0, 2.2], [3.0, -2.2, 3.2, 2.2], [-3, -2.2, 3, -2], [-3, 2, 3, 2.2]])
@@ -212,3 +213,11 @@ def test_schedules_of_none_never_begin():
     assert all(np.isinf(array).all() for array in made[1:])
     made.begins[0, 0] = 0.0
     assert np.isinf(made.ends).all()
+
+
+def test_a_mover_on_a_course_is_none_of_these():
+    """It would stand for ever: it is refused."""
+    plan = MoverPlan(radius=0.3, place=(0.0, 0.0), course=((0, 0, 0), (1, 1, 0)))
+    one = Mover((0.0, 0.0), (0.0, 0.0), plan)
+    with pytest.raises(ValueError, match="expected none with a course, which fields of --task"):
+        put_down(0, [one], Movers.none(1, 1), Schedules.none(1, 1), DT)

@@ -67,3 +67,21 @@ def test_a_mover_has_the_kind_of_its_behaviour():
     plan = MoverPlan(radius=0.3)
     assert Mover((0.0, 0.0), (0.0, 0.0), plan).kind == "walker"
     assert Mover((0.0, 0.0), (0.0, 0.0), plan, Behaviour(kind="animal")).kind == "animal"
+
+
+def test_a_course_begins_at_once_in_its_place():
+    """It has two places or more, in ascending times from 0 on, and no other motion beside it."""
+    good = {"radius": 0.3, "place": (1.0, 2.0), "course": ((0, 1, 2), (2, 5, 2))}
+    assert MoverPlan(**good).course == ((0.0, 1.0, 2.0), (2.0, 5.0, 2.0))
+    for wrong, message in (
+        ({"course": ((0, 1, 2),)}, "ascending times from 0 on, two or more"),
+        ({"course": ((1, 1, 2), (2, 5, 2))}, "ascending times"),
+        ({"course": ((0, 1, 2), (2, 5, 2), (2, 6, 2))}, "ascending times"),
+        ({"place": (0.0, 2.0)}, r"the begin of its course, \(1.0, 2.0\), got \(0.0, 2.0\)"),
+        ({"place": None}, "the begin of its course"),
+        ({"course": ((0, 1, 2), (0.5, 5, 2))}, "at most 5.0 m/s, got 8"),
+        ({"speed": 1.0}, "no speed, when_within, appears_at or duration beside it"),
+        ({"duration": 1.0}, "no speed, when_within"),
+    ):
+        with pytest.raises(ValidationError, match=message):
+            MoverPlan(**good | wrong)

@@ -11,6 +11,7 @@ from andabata.configuration.usage import UsageError
 from andabata.evaluation.barn import BarnEvaluationConfig
 from andabata.models import shipped_policy
 from tests.support.barn_folders import write_world
+from tests.support.moving_barn_folders import write_moving_world
 
 BLIND = ["evaluate", "--task", "barn", "--controllers", "straight,random", "--workers", "1"]
 
@@ -69,6 +70,19 @@ def test_one_controller_has_no_differences():
     row |= {f"{name}_{end}": None for name in ("score", "ot_over_t") for end in ("low", "high")}
     data = {"rows": [row], "differences": [], "about": "light simulator"}
     assert len(barn_tables(data).renderables) == 2
+
+
+def test_tables_of_moving_fields_tell_who_hit_whom(capsys, tmp_path):
+    """Columns of hits with movers, and a note of what was read past in the files."""
+    words = [*BLIND[:3], "--controllers", "straight", "--trials", "1", "--workers", "1"]
+    moving = [*words, "--fields", "moving-hard", "--set", "first_seed=7300", "--set", "count=1"]
+    assert main([*moving, "--quiet"]) == 0
+    assert "standing" in capsys.readouterr().out
+    folder = write_moving_world(tmp_path)
+    assert main([*words, "--worlds", str(folder), "--quiet"]) == 0
+    text = capsys.readouterr().out
+    assert "standing" not in text
+    assert "read as <pose> (the first of 4 such faults)" in text.replace("\n", " ")
 
 
 def test_broken_folders_are_named(capsys, tmp_path):

@@ -55,3 +55,22 @@ def test_fields_judge_a_release_once(capsys, tmp_path, monkeypatch):
         assert message in capsys.readouterr().err
     assert main(["bench", "fields", "--json"]) == 0
     assert suites[1:] == [(200, 1, None)]
+
+
+def test_movers_are_told_by_range_and_speed(capsys):
+    """As JSON and as tables; lasers that are none are refused."""
+    words = ["bench", "movers", "--lasers", "planar", "--count", "1", "--seconds", "0.5"]
+    assert main([*words, "--workers", "1", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert {row["laser"] for row in data["ranges"]} == {"planar"}
+    assert len(data["speeds"]) == 5
+    assert {"found", "missed", "velocity_error_m_s"} <= set(data["ranges"][0])
+    assert [row["world"] for row in data["drives"]] == [
+        "clutter-movers",
+        "clutter",
+        "barn-moving-medium",
+    ]
+    assert main([*words, "--workers", "1", "--quiet", "--set", "circles.min_speed=0.5"]) == 0
+    assert "movers in sight, by range" in capsys.readouterr().out
+    assert main(["bench", "movers", "--lasers", "eye"]) == 2
+    assert "--lasers: expected some of planar" in capsys.readouterr().err

@@ -10,14 +10,31 @@ from andabata.machine.planar.footprint import Obstacles
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.readings import PlanarPose, PlanarReadings
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES, PlanarVehicle
+from andabata.navigation.mover_forecast import NO_MOVERS
 from andabata.navigation.planar.dynamics import PlanarDynamics
-from andabata.navigation.planar.mpc_navigator import MpcNavigator, MpcNavigatorConfig
+from andabata.navigation.planar.mpc_navigator import (
+    WITH_MOVERS,
+    MpcNavigator,
+    MpcNavigatorConfig,
+)
+from andabata.tasks.rooms.planar_drive import (
+    BARN_LIDAR,
+    DriveRules,
+    SimulatedPlanarRobot,
+    drive_to_goal,
+)
+from andabata.tasks.terminations import Outcome
+from worlds.rooms.movers import MoverPlan
+from worlds.rooms.moving_fields import TASK, moving_field
+from worlds.rooms.room import Room, RoomTask
+from worlds.world import Start
 
 LIDAR = PlanarLidarConfig(fov_deg=270, resolution_deg=0.75, max_range=10.0)
 RADIUS = 0.075
 POSTS = np.array([(1.5, 0.1), (2.6, -0.5), (2.6, 0.6), (3.6, 0.0), (4.4, 0.7), (4.5, -0.6)])
 GOAL = (6.0, 0.0)
 NONE = np.zeros((0, 4))
+CROSSED = RoomTask(Start(0.0, 0.0, 0.0), GOAL)
 START, REST = PlanarPose(0.0, 0.0, 0.0), Twist(0.0, 0.0)
 
 
@@ -133,3 +150,43 @@ def test_readings_that_cannot_be_used_are_refused(bad, message):
     navigator.reset(LIDAR, GOAL)
     with pytest.raises(ValueError, match=message):
         navigator.act(readings(**bad))
+
+
+def watched(config):
+    """Return a navigator that stood and saw a circle of 0.4 m cross its way at 1 m/s."""
+    plan = MoverPlan(radius=0.4, place=(3.0, -1.5), course=((0, 3.0, -1.5), (3, 3.0, 1.5)))
+    room = Room("r", (9.0, 9.0), NONE, np.zeros((0, 3)), (CROSSED,), movers=(plan,))
+    rng = np.random.default_rng(0)
+    robot = SimulatedPlanarRobot(room, CROSSED, PLANAR_VEHICLES["barn"], LIDAR, rng)
+    navigator = made(config)
+    navigator.reset(LIDAR, GOAL)
+    for _ in range(20):
+        navigator.act(robot.read())
+        robot.step(REST)
+    return navigator, robot.movers.places[0, 0]
+
+
+def test_what_moves_is_followed_and_its_hits_stay():
+    """Its place and velocity are in the forecast; hits are forgotten for no track."""
+    navigator, place = watched(WITH_MOVERS)
+    (found,), (velocity,) = navigator._forecast.places, navigator._forecast.velocities
+    np.testing.assert_allclose(found, place - (0.0, 0.05), atol=0.1)
+    np.testing.assert_allclose(velocity, (0.0, 1.0), atol=0.25)
+    blind, _ = watched(None)
+    assert blind._forecast is NO_MOVERS
+    np.testing.assert_array_equal(navigator.hits.log_odds, blind.hits.log_odds)
+    assert (blind.hits.log_odds > 0.5).any()
+
+
+@pytest.mark.parametrize("seed", [7300, 7301])
+def test_it_gets_out_of_the_way_of_what_moves(seed):
+    """Where it is hit within two seconds without, it arrives with tracks."""
+    world = moving_field(seed, "easy")
+    ends = []
+    for config in (None, WITH_MOVERS):
+        rng, vehicle = np.random.default_rng(0), PLANAR_VEHICLES["barn"]
+        robot = SimulatedPlanarRobot(world.room, TASK, vehicle, BARN_LIDAR, rng)
+        result = drive_to_goal(made(config), robot, TASK, DriveRules(time_limit=20.0))
+        ends.append(result)
+    assert ends[0].outcome is Outcome.COLLISION
+    assert ends[1].outcome is Outcome.GOAL

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from andabata.machine.planar.footprint import box_footprint, outline_distance
+from andabata.navigation.mover_forecast import NO_MOVERS
 from andabata.navigation.planar.dynamics import MotionState, PlanarDynamics, WheelLimits
 from andabata.navigation.planar.mpc_rollouts import (
     Delayed,
@@ -39,14 +40,27 @@ def straight_field():
     return TimeField(times, np.full(2, -3.2), 0.1, 0.05, np.full(1, 9.0))
 
 
-def priced(command, hits=(), state=None, goal=(50.0, 0.0), **options):
+def mover(place, velocity):
+    """Return the forecast of one mover of 0.3 m whose doubt does not grow."""
+    one = NO_MOVERS._replace(
+        places=np.array([place], dtype=float),
+        velocities=np.array([velocity], dtype=float),
+        radii=np.array([0.3]),
+        doubts=np.array([0.1]),
+    )
+    return one._replace(growth=0.0)
+
+
+def priced(
+    command, hits=(), state=None, goal=(50.0, 0.0), movers=NO_MOVERS, dynamics=AT_ONCE, **options
+):
     """Return the cost of a constant command."""
     commands = np.tile(np.array(command, dtype=float), (1, STEPS, 1))
     costs = np.zeros(1)
     found = hits if isinstance(hits, NearestHits) else hits_at(hits)
-    around = KnownSurroundings(found, straight_field(), *goal)
+    around = KnownSurroundings(found, straight_field(), *goal, movers)
     start = state or MotionState(-2.0, 0.0, 0.0, command[0], command[1], *command)
-    behind = late(past=(command,))
+    behind = late(dynamics, (command,))
     price_all(commands, start, behind, around, BODY, PRICES._replace(**options), costs)
     return float(costs[0])
 
@@ -91,6 +105,29 @@ def test_the_margin_grows_with_speed_and_costs_by_its_missing_share():
         end = -2.0 + 2.0 * speed
         expected = (3.0 - end) / 2.0 + 2.0 * 6.0 * share**2
         assert priced((speed, 0.0), wall) == pytest.approx(expected, abs=0.03)
+
+
+def test_a_mover_costs_where_it_is_at_that_time():
+    """One that crosses the way in the right second costs seconds, one that has left it nothing."""
+    free = priced((1.0, 0.0))
+    meets = priced((1.0, 0.0), movers=mover((-1.0, -1.0), (0.0, 1.0)))
+    stands = priced((1.0, 0.0), movers=mover((-1.0, 0.0), (0.0, 0.0)))
+    gone = priced((1.0, 0.0), movers=mover((-1.0, 0.0), (0.0, 3.0)))
+    away = priced((1.0, 0.0), movers=mover((-1.0, -1.0), (0.0, -1.0)))
+    assert meets > free + 5.0
+    assert stands > free + 5.0
+    assert gone == pytest.approx(free)
+    assert away == pytest.approx(free)
+
+
+def test_movers_go_on_while_commands_wait():
+    """After half a second of delay they are half a second farther on their way."""
+    velocity, slow = np.array([0.0, 1.0]), AT_ONCE._replace(delay=0.5)
+    place = np.array([-0.7, -1.2])
+    delayed = priced((1.0, 0.0), movers=mover(place, velocity), dynamics=slow)
+    at_once = priced((1.0, 0.0), movers=mover(place + 0.5 * velocity, velocity))
+    assert delayed == pytest.approx(at_once, abs=1e-6)
+    assert at_once > priced((1.0, 0.0)) + 1.0
 
 
 def test_distances_are_those_of_the_outline_from_the_hits():

@@ -5,6 +5,7 @@ import pytest
 
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.lidar import PlanarLidarConfig
+from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.planar.vehicle import PlanarVehicleConfig
 from andabata.tasks.rooms.planar_drive import (
     BARN_LIDAR,
@@ -14,6 +15,7 @@ from andabata.tasks.rooms.planar_drive import (
     goal_in_odometry,
 )
 from andabata.tasks.terminations import Outcome
+from worlds.rooms.movers import MoverPlan
 from worlds.rooms.room import Room, RoomTask
 from worlds.world import Start
 
@@ -34,14 +36,20 @@ FOUR = PlanarLidarConfig(fov_deg=270, resolution_deg=90, max_range=4, x=0.1)
 UP = RoomTask(Start(1.0, 2.0, np.pi / 2), (1.0, 12.0))
 
 
-def room(circles=(), boxes=()):
+def room(circles=(), boxes=(), movers=()):
     """Return an open room."""
     return Room(
         "r",
         (9.0, 9.0),
         np.array(boxes, dtype=float).reshape(-1, 4),
         np.array(circles, dtype=float).reshape(-1, 3),
+        movers=movers,
     )
+
+
+def course(*rows, radius=0.5):
+    """Return a mover on a course of times and places."""
+    return MoverPlan(radius=radius, place=rows[0][1:], course=rows)
 
 
 def robot(made=None, config=EXACT, lidar=FOUR, task=UP, seed=0):
@@ -166,4 +174,64 @@ def test_the_same_seed_gives_the_same_noise_whatever_is_driven():
             one.read()
             one.step(Twist(speed, 0.0))
         drawn.append(one._rng.standard_normal())
+    assert drawn[0] == drawn[1]
+
+
+def test_beams_end_at_movers_where_they_are_now():
+    """One that comes nearer at 1 m/s, ahead of the laser, from period to period."""
+    made = room(movers=(course((0, 1.0, 6.0), (2, 1.0, 4.0)),))
+    ahead = PlanarLidarConfig(fov_deg=10, resolution_deg=20, max_range=9)
+    one = robot(made, lidar=ahead)
+    found = []
+    for _ in range(3):
+        found.append(float(one.read().ranges[0]))
+        one.step(Twist(0.0, 0.0))
+    np.testing.assert_allclose(found, 3.5 - 0.05 * np.arange(3), rtol=1e-6)
+    np.testing.assert_allclose(one.movers.places[0, 0], (1.0, 6.0 - 0.15))
+
+
+@pytest.mark.parametrize(
+    ("speed", "rows", "contact"),
+    [
+        (1.0, ((0, 1.0, 5.0), (9, 1.0, 5.1)), Contact.MOVER),
+        (0.5, ((0, 1.0, 8.0), (3, 1.0, 2.0)), Contact.HIT),
+        (0.0, ((0, 1.0, 8.0), (3, 1.0, 2.0)), Contact.HIT_AT_REST),
+        (1.0, ((0, -1.2, 3.0), (4, 4.8, 3.0)), Contact.HIT),
+    ],
+)
+def test_who_drove_into_whom_is_told(speed, rows, contact):
+    """The robot into a slow one, a fast one into the robot, into one that stands, or its side."""
+    made = room(movers=(course(*rows),))
+    result = drive_to_goal(Steady(speed), robot(made), UP, DriveRules(time_limit=9.0))
+    assert (result.outcome, result.contact) == (Outcome.COLLISION, contact)
+
+
+def test_contact_with_a_mover_is_exact():
+    """The front at 0.254 m meets a circle of 0.5 m that stands on its course, within a step."""
+    made = room(movers=(course((0, 1.0, 5.0), (99, 1.0, 5.0001)),))
+    result = drive_to_goal(Steady(1.0), robot(made), UP, DriveRules())
+    assert result.path[-1, 1] == pytest.approx(5.0 - 0.754, abs=0.011)
+    # Aside by more than half of the robot's width and the radius nothing is touched.
+    clear = room(movers=(course((0, 1.72, 5.0), (99, 1.72, 5.0001)),))
+    passed = drive_to_goal(Steady(1.0), robot(clear), UP, DriveRules())
+    assert (passed.outcome, passed.contact) == (Outcome.GOAL, Contact.NONE)
+
+
+def test_what_stands_counts_before_a_mover():
+    """A wall that is touched in the same step."""
+    made = room(circles=[(1.0, 5.0, 0.5)], movers=(course((0, 1.0, 5.0), (99, 1.0, 5.0001)),))
+    result = drive_to_goal(Steady(1.0), robot(made), UP, DriveRules())
+    assert result.contact is Contact.OBSTACLE
+
+
+def test_movers_change_no_noise_of_the_robot():
+    """Slip and ranges are those of the room without them."""
+    config = PlanarVehicleConfig()
+    drawn = []
+    for movers in ((), (MoverPlan(radius=0.3, speed=0.5),)):
+        one = robot(room(movers=movers), config)
+        for _ in range(5):
+            one.read()
+            one.step(Twist(1.0, 0.0))
+        drawn.append((one._rng.standard_normal(), one.vehicle.pose))
     assert drawn[0] == drawn[1]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from andabata.bench.studies.mover_probe import MoverProbe
+from andabata.bench.mover_probe import MoverProbe
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, Sweeps
 from andabata.navigation.mover_tracks import TrackedMovers

@@ -99,7 +99,8 @@ def make_steering(
     # A policy that sees the map has it from the planner, whose rollouts check it, or do nothing.
     has_map = inner == "policy" and sees_map((models or Models()).policy.observations)
     if inner == name and not has_map:
-        return Steering(controller)
+        held = controller.repeat if isinstance(controller, PolicyController) else 1
+        return Steering(controller, action_repeat=held)
     repeat = config.rollouts.action_repeat
     settings = config.local_planner.decimated(repeat)
     planner = LocalPlanner(

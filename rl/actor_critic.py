@@ -31,7 +31,9 @@ class ActorCriticConfig(BaseLearnerConfig):
     Attributes:
         algorithm: Name of the algorithm.
         critic: Input of the critic: ``reward-input``, the reward that came with the state as the
-            36th input (as printed), or ``state``, the usual value of a state.
+            36th input (as printed), ``state``, the usual value of a state, or ``action-input``, the
+            action as the 36th input. The last learns from the value of the action that came next,
+            and its value of the actor's best action is the baseline (assumption).
         actor_rate: Adam learning rate of the actor.
         critic_rate: Adam learning rate of the critic.
         gamma: Discount of a decision.
@@ -46,7 +48,7 @@ class ActorCriticConfig(BaseLearnerConfig):
     """
 
     algorithm: Literal["actor-critic"] = "actor-critic"
-    critic: Literal["reward-input", "state"] = "reward-input"
+    critic: Literal["reward-input", "state", "action-input"] = "reward-input"
     actor_rate: float = Field(default=1e-3, gt=0)
     critic_rate: float = Field(default=3e-3, gt=0)
     gamma: float = Field(default=0.9, gt=0, lt=1)
@@ -89,8 +91,8 @@ class ActorCritic(Learner):
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
             self.actor = Actor(observations, actions, config.hidden)
-            takes_reward = config.critic == "reward-input"
-            self.critic = ValueCritic(observations, config.hidden, takes_reward)
+            beside = {"reward-input": 1, "state": 0, "action-input": actions.size}
+            self.critic = ValueCritic(observations, config.hidden, beside[config.critic])
         self._keep(actor=self.actor, critic=self.critic)
         self._optimise("actor", self.actor.parameters(), config.actor_rate)
         self._optimise("critic", self.critic.parameters(), config.critic_rate)
@@ -135,12 +137,16 @@ class ActorCritic(Learner):
             Critic loss, mean value and mean spread of the actions, shape (3,).
         """
         config, states, actions = self.config, batch["states"], batch["actions"]
-        values = self.critic(states, batch["rewards_before"])
+        beside, after = self._beside(batch)
+        values = self.critic(states, beside)
         with torch.no_grad():
-            next_values = self.critic(batch["next_states"], batch["rewards"])
+            next_values = self.critic(batch["next_states"], after)
             td_target = batch["rewards"] + config.gamma * (1 - batch["terminated"]) * next_values
             limit = config.max_td_error
-            td_error = (td_target - values).clamp(-limit, limit)
+            # The value of the action itself holds all that is good in it: no baseline.
+            by_action = config.critic == "action-input"
+            baseline = self.critic(states, self._best(states)) if by_action else values
+            td_error = (td_target - baseline).clamp(-limit, limit)
         critic_loss = smooth_l1_loss(values, td_target)
         self._step("critic", critic_loss)
         log_p = self.actor.log_probability(states, actions)
@@ -153,6 +159,23 @@ class ActorCritic(Learner):
             spread = self.actor(states)[1].mean()
         return torch.stack([critic_loss, values.mean(), spread]).detach()
 
+    def _beside(self, batch: dict[str, Tensor]) -> tuple[Tensor, Tensor]:
+        """Return what the critic reads beside the states and the next states, shape (n, k) each."""
+        if self.config.critic == "reward-input":
+            return batch["rewards_before"][:, None], batch["rewards"][:, None]
+        if self.config.critic == "state":
+            none = batch["actions"][:, :0]
+            return none, none
+        # After the last decision of an episode that was cut short no action was drawn.
+        is_last = batch["is_last"][:, None] > 0
+        after = torch.where(is_last, self._best(batch["next_states"]), batch["next_actions"])
+        return batch["actions"], after
+
+    @torch.no_grad()
+    def _best(self, states: Tensor) -> Tensor:
+        """Return the actor's best actions, shape (n, n_actions)."""
+        return torch.tanh(self.actor(states)[0])
+
 
 def _decisions(episodes: Sequence[Episode], t: int, reward_scale: float) -> dict[str, Tensor]:
     """Return decision ``t`` of each episode that lasts so long, as columns."""
@@ -161,6 +184,10 @@ def _decisions(episodes: Sequence[Episode], t: int, reward_scale: float) -> dict
         "states": [episode.states[t] for episode in going],
         "next_states": [_next_state(episode, t) for episode in going],
         "actions": [episode.actions[t] for episode in going],
+        "next_actions": [
+            episode.actions[min(t + 1, len(episode.actions) - 1)] for episode in going
+        ],
+        "is_last": [float(t == len(episode.actions) - 1) for episode in going],
         "rewards": [reward_scale * episode.rewards[t] for episode in going],
         "rewards_before": [
             reward_scale * episode.rewards[t - 1] if t else 0.0 for episode in going

@@ -13,33 +13,29 @@ from rl.spaces import ActionSpec, ObservationSpec
 
 
 class ValueCritic(nn.Module):
-    """Maps a state to its value, 35-200-200-1, or with the reward beside it, 36 (as printed)."""
+    """Maps a state to a value, 35-200-200-1, or with another number beside it 36-200-200-1."""
 
-    def __init__(
-        self, observations: ObservationSpec, hidden: Sequence[int], takes_reward: bool
-    ) -> None:
+    def __init__(self, observations: ObservationSpec, hidden: Sequence[int], beside: int) -> None:
         """Draw weights from torch's generator.
 
         Args:
             observations: Space of the observations.
             hidden: Width of each hidden layer.
-            takes_reward: True if the reward that came with the state is an input.
+            beside: Number of inputs beside the state: the reward that came with it (as printed), or
+                the actions.
         """
         super().__init__()
-        self._takes_reward = takes_reward
         self.read = TermReader(observations, None)
-        self.linear = linear_layers([observations.size + takes_reward, *hidden, 1])
+        self.linear = linear_layers([observations.size + beside, *hidden, 1])
 
-    def forward(self, states: Tensor, rewards: Tensor) -> Tensor:
-        """Return the values of states, shape (n,).
+    def forward(self, states: Tensor, beside: Tensor) -> Tensor:
+        """Return the values, shape (n,).
 
         Args:
             states: Observations in SI units, shape (n, n_observations).
-            rewards: Rewards that came with them, shape (n,).
+            beside: Inputs beside them, as they are, shape (n, beside).
         """
-        x = self.read(states)
-        if self._takes_reward:
-            x = torch.cat([x, rewards[:, None]], dim=1)
+        x = torch.cat([self.read(states), beside], dim=1)
         return outputs(x, self.linear).squeeze(1)
 
 

@@ -10,7 +10,7 @@ import torch
 
 from rl import checkpoint as checkpoints
 from rl.curriculum_config import CurriculumConfig, Difficulty, Stage
-from rl.driving import DRIVING_NOISE
+from rl.driving import DRIVING_NOISE, DRIVING_REPEAT, driving_repeat
 from rl.environment import world_of_level
 from rl.fixed_tasks import FixedTaskFigures, fixed_task_figures, fixed_tasks
 from rl.learners import make_learner
@@ -259,7 +259,7 @@ class Curriculum:
             )
             for k in range(config.validation)
         ]
-        episodes = self._rollout(policy, 1, specs, False)
+        episodes = self._rollout(policy, driving_repeat(policy), specs, False)
         return validation_score(episodes, config.collision_weight)
 
     def _test(self, steps_before: int) -> FixedTaskFigures | None:
@@ -315,8 +315,12 @@ class Curriculum:
     @property
     def _driving(self) -> dict[str, Any]:
         """Information that policies keep about how they drive."""
-        noise = self._config.learner.driving_noise
-        return {DRIVING_NOISE: noise} if noise else {}
+        learner, about = self._config.learner, dict[str, Any]()
+        if learner.driving_noise:
+            about[DRIVING_NOISE] = learner.driving_noise
+        if learner.driving_repeat > 1:
+            about[DRIVING_REPEAT] = learner.driving_repeat
+        return about
 
     def to_bytes(self) -> bytes:
         """Return a checkpoint."""

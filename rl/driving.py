@@ -1,4 +1,4 @@
-"""What a trained policy drives with: its best actions, or these with a noise that it keeps.
+"""How a trained policy drives: its best actions, or these with a noise, held as long as it says.
 
 A policy that sees one scan alone can balance before an obstacle: to its left it would turn right,
 to its right left, and between both it stands for ever. A little noise ends that.
@@ -14,6 +14,16 @@ from rl.policy import Policy
 DRIVING_NOISE = "driving_noise"
 """Key of a policy's description under which the noise that it drives with stands: the standard
 deviation of normal noise on the actions' shares."""
+
+
+DRIVING_REPEAT = "driving_repeat"
+"""Key of a policy's description under which the number of control steps stands that it holds an
+action for when it drives; a policy without it decides in every step."""
+
+
+def driving_repeat(policy: Policy) -> int:
+    """Return the number of control steps that a policy holds an action for when it drives."""
+    return int(policy.info.get(DRIVING_REPEAT, 1))
 
 
 def driving_noise(policy: Policy) -> float:

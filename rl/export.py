@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rl.driving import driving_noise
+from rl.driving import driving_noise, driving_repeat
 from rl.policies.mlp import PerceptronPolicy
 from rl.policies.point_features import MASK, POINTS, SLOPE
 from rl.policies.point_set import PointSetPolicy, goal_terms
@@ -22,7 +22,8 @@ def policy_to_onnx(policy: Policy) -> bytes:
     """Return an ONNX model of a policy; its metadata holds both spaces.
 
     Noise that the policy drives with is not in the model: ``driving_noise`` in the metadata says
-    how much of it a runtime has to add, see ``rl.driving``.
+    how much of it a runtime has to add, and ``driving_repeat`` for how many control steps it has to
+    hold an action, see ``rl.driving``.
 
     The output ``action`` is float32, shape (n, n_actions), in SI units, before limits and dead zone
     of the robot.
@@ -117,6 +118,8 @@ class _Graph:
         }
         if noise := driving_noise(policy):
             about["driving_noise"] = str(noise)
+        if (repeat := driving_repeat(policy)) > 1:
+            about["driving_repeat"] = str(repeat)
         helper.set_model_props(model, about)
         self._onnx.checker.check_model(model)
         return bytes(model.SerializeToString())

@@ -23,8 +23,9 @@ class BaseLearnerConfig(BaseModel):
 
     Attributes:
         hidden: Width of the hidden layers (paper: 200, 200).
-        action_repeat: Number of control steps that an action is held for in learning; evaluations
-            act at 10 Hz (paper: 1).
+        action_repeat: Number of control steps that an action is held for in learning (paper: 1).
+        driving_repeat: Number of control steps that the policy alone holds an action for when it
+            drives, in validations and evaluations (paper: 1, as in learning).
         reward_scale: Factor of the rewards.
         episodes_per_iteration: Number of episodes that are played before each update.
         driving_noise: Standard deviation of the noise on the actions' shares that the policy keeps
@@ -36,6 +37,7 @@ class BaseLearnerConfig(BaseModel):
 
     hidden: tuple[int, ...] = (200, 200)
     action_repeat: int = Field(default=5, ge=1)
+    driving_repeat: int = Field(default=1, ge=1)
     reward_scale: float = Field(default=1.0, gt=0)
     episodes_per_iteration: int = Field(default=8, ge=1)
     driving_noise: float = Field(default=0.0, ge=0, le=1)

@@ -33,6 +33,11 @@ class VirtualScan:
         """Return ranges for the policy, free and unknown ones as ``max_range`` [m], shape (n,)."""
         return np.where(np.isfinite(self.ranges), self.ranges, np.float32(self.max_range))
 
+    @property
+    def nearest(self) -> float:
+        """Smallest range [m]; free and unknown sectors count as ``max_range``."""
+        return float(self.finite().min())
+
     def known(self) -> NDArray[np.float32]:
         """Return ranges with free ones as ``max_range`` and unknown ones as NaN [m], shape (n,)."""
         return np.where(np.isposinf(self.ranges), np.float32(self.max_range), self.ranges)

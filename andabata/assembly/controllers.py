@@ -101,7 +101,8 @@ def make_steering(
     if has_map:
         check_map_policy((models or Models()).policy, config.robot)
     if inner == name and not has_map:
-        return Steering(controller)
+        held = controller.repeat if isinstance(controller, PolicyController) else 1
+        return Steering(controller, action_repeat=held)
     repeat = config.rollouts.action_repeat
     settings = config.local_planner.decimated(repeat)
     planner = LocalPlanner(

@@ -17,7 +17,14 @@ JUDGED_REALITY = "field"
 """Level of reality off-road."""
 
 JUDGED_FORM: Mapping[str, object] = MappingProxyType(
-    {"suite": None, "world": JUDGED_WORLD, "goals": JUDGED_GOALS, "perturb": {}, "faults": ()}
+    {
+        "suite": None,
+        "world": JUDGED_WORLD,
+        "world_seed": None,
+        "goals": JUDGED_GOALS,
+        "perturb": {},
+        "faults": (),
+    }
 )
 """Settings of a judging table off-road, beside its reality."""
 

@@ -30,7 +30,7 @@ from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from traversability.grid import PolarGrid
 from traversability.virtual_scan import VirtualScan
 from worlds.scenes import Scene
-from worlds.splits import EVALUATIONS
+from worlds.splits import EVALUATIONS, refuse_judging
 from worlds.world import Task, World, choose_task
 
 FAILURES = "failures"
@@ -49,8 +49,10 @@ class EvaluationConfig(BaseModel):
     Attributes:
         suite: Name of a suite, which has its own worlds and trials, or None.
         world: World preset.
+        world_seed: Seed of the one world that all trials are driven in, such as the one that a
+            policy was trained in; None for a world of its own for each trial.
         controllers: Names of the controllers.
-        trials: Number of trials of each controller; each has a world of its own.
+        trials: Number of trials of each controller.
         goals: Number of goals in a row that are tried, as far as the world's tasks have them.
         seed: Seed of the whole evaluation; of one that judges that of its release.
         release: Release that is judged, by ``andabata.evaluation.judging``; None to develop.
@@ -66,6 +68,7 @@ class EvaluationConfig(BaseModel):
 
     suite: str | None = None
     world: str = "natural-test"
+    world_seed: int | None = Field(default=None, ge=0)
     controllers: tuple[str, ...] = ("policy+planner", "reactive")
     trials: int = Field(default=20, ge=1, le=EVALUATIONS)
     goals: int = Field(default=10, ge=1, le=10)
@@ -93,6 +96,13 @@ class EvaluationConfig(BaseModel):
     def _check_split(self) -> Self:
         """Refuse judging seeds without their release, and a judging table of another form."""
         checked_seed(self.seed, self.release, EVALUATIONS)
+        if self.world_seed is not None:
+            refuse_judging(self.world_seed)
+            if self.suite is not None:
+                raise ValueError(
+                    f"world_seed: expected none beside the suite {self.suite}, which has worlds of "
+                    f"its own, got {self.world_seed}; leave one out"
+                )
         if self.release is not None:
             given = {name: getattr(self, name) for name in ("trials", "controllers", *JUDGED_FORM)}
             level = self.simulated_robot.reality.name
@@ -115,7 +125,8 @@ class EvaluationConfig(BaseModel):
     @property
     def scenarios(self) -> tuple[Scenario, ...]:
         """Scenario of each trial."""
-        return scenarios(self.suite, self.world, self.trials, self.seed, self.release)
+        own = self.release, self.world_seed
+        return scenarios(self.suite, self.world, self.trials, self.seed, *own)
 
 
 @dataclass(frozen=True)

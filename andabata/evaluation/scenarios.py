@@ -58,9 +58,14 @@ SUITES = {"generalisation": generalisation, "development": development, "walkers
 
 
 def scenarios(
-    suite: str | None, world: str, trials: int, seed: int, release: str | None = None
+    suite: str | None,
+    world: str,
+    trials: int,
+    seed: int,
+    release: str | None = None,
+    world_seed: int | None = None,
 ) -> tuple[Scenario, ...]:
-    """Return the scenario of each trial: a suite's, or as many worlds of one preset.
+    """Return the scenario of each trial: a suite's, as many worlds of one preset, or one world.
 
     Args:
         suite: Name of a suite, or None.
@@ -68,12 +73,15 @@ def scenarios(
         trials: Number of worlds, without a suite.
         seed: Seed of the worlds.
         release: Release whose worlds judge, whatever the seed; None to develop.
+        world_seed: Seed of the one world of all trials, without a suite; None for a world each.
 
     Raises:
         ValueError: If there is no such suite, or the release is no version.
     """
     if release is not None:
         return tuple(Scenario(world, judging_world(release, trial)) for trial in range(trials))
+    if suite is None and world_seed is not None:
+        return (Scenario(world, world_seed),) * trials
     if suite is None:
         return tuple(Scenario(world, evaluation_world(seed, trial)) for trial in range(trials))
     if suite not in SUITES:

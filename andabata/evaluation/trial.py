@@ -25,6 +25,9 @@ from worlds.world import Task, World, jittered
 SAFE_CLEARANCE = 0.35
 """Clearance of the shortest safe path from forbidden ground [m]: half the body and a little."""
 
+NEAR_RANGE = "near range"
+"""Cause of a collision by ``TerminationConfig.collision_range`` in which nothing was touched."""
+
 HARMS = (Outcome.COLLISION, Outcome.TIPOVER)
 """Ends of a drive by a contact or a tip-over."""
 
@@ -153,7 +156,7 @@ def run_trial(
     measured = partial(_attempt, world, task, contender, repetition)
     config = simulated_robot.config
     forgiven = arrival_tolerance(config) if tolerance is None else tolerance
-    monitor = TrialMonitor(world, config.robot, terminations, forgiven)
+    monitor = TrialMonitor(world, config.robot, terminations, forgiven, sees_scan=True)
     attempts: list[OffroadAttempt] = []
     for number, goal in enumerate(task.goals, start=1):
         state = _truth(readings)
@@ -166,7 +169,8 @@ def run_trial(
             if operator is not None:
                 shortest = _attended(operator, simulated_robot, monitor, readings, shortest)
             state, readings = _truth(readings), simulated_robot.step(readings)
-            outcome = monitor.judge(_truth(readings), simulated_robot.navigator.has_arrived)
+            navigator = simulated_robot.navigator
+            outcome = monitor.judge(_truth(readings), navigator.has_arrived, navigator.perceived)
             if on_step is not None:
                 on_step(readings)
         # The estimate is that of the readings before the last step.
@@ -239,6 +243,7 @@ def _attempt(
 ) -> OffroadAttempt:
     """Return what the monitor measured on the way to a goal, whose numbers begin at 1."""
     end, contact = monitor.path[-1], monitor.contact
+    too_near = outcome is Outcome.COLLISION and monitor.is_too_near
     measures = OffroadMeasures(
         goal=number,
         goals=len(task.goals),
@@ -246,7 +251,7 @@ def _attempt(
         end=(float(end[0]), float(end[1])),
         world_seed=world.seed,
         difficulty=world.difficulty,
-        cause=failure_cause(world, end, outcome, contact),
+        cause=NEAR_RANGE if too_near else failure_cause(world, end, outcome, contact),
         forbidden_distance=monitor.forbidden_distance,
         steering_variation=monitor.steering_variation,
         energy=monitor.energy,

@@ -11,6 +11,7 @@ from andabata.machine.robot import RobotModel
 from andabata.machine.sensor_readings import VehicleState
 from andabata.tasks.episode_monitor import EpisodeMonitor
 from andabata.tasks.terminations import Ending, Outcome, TerminationConfig
+from traversability.virtual_scan import VirtualScan
 from worlds.world import World
 
 _EDGE = 0.05
@@ -46,7 +47,12 @@ class TrialMonitor(EpisodeMonitor):
     """
 
     def __init__(
-        self, world: World, robot: RobotModel, config: TerminationConfig, tolerance: float
+        self,
+        world: World,
+        robot: RobotModel,
+        config: TerminationConfig,
+        tolerance: float,
+        sees_scan: bool = False,
     ) -> None:
         """Take a world, a robot and the rules of its drives.
 
@@ -56,9 +62,13 @@ class TrialMonitor(EpisodeMonitor):
             config: Rules of a drive.
             tolerance: Distance beyond the goal's radius that is forgiven; see
                 ``arrival_tolerance``.
+            sees_scan: True if each step is judged with the virtual scan, where there is one.
+
+        Raises:
+            ValueError: If the rules need a scan and none is seen.
         """
         forgiving = config.model_copy(update={"goal_radius": config.goal_radius + tolerance})
-        super().__init__(world, forgiving)
+        super().__init__(world, forgiving, sees_scan)
         # Paths are as long as they are, whatever is forgiven at their ends.
         self.goal_radius = config.goal_radius
         self._corner = robot.length / 2, robot.width / 2
@@ -71,15 +81,18 @@ class TrialMonitor(EpisodeMonitor):
         self._strict.begin()
         self.arrival_error: float | None = None
 
-    def judge(self, state: VehicleState, has_arrived: bool) -> Outcome | None:
+    def judge(
+        self, state: VehicleState, has_arrived: bool, scan: VirtualScan | None = None
+    ) -> Outcome | None:
         """Take in the true state after a control step; return the outcome, None before the end.
 
         Args:
             state: True state.
             has_arrived: True if the robot has declared the goal reached in this step.
+            scan: Latest virtual scan that the controller was given; None before the first.
         """
         before = self.time
-        self.update(state, has_arrived)
+        self.update(state, has_arrived, scan)
         self._strict.update(state, self.time - before)
         if has_arrived:
             self.arrival_error = self.goal_distance(state)

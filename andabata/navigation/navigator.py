@@ -68,6 +68,8 @@ class Navigator:
         spectators: Observers for whom nothing is computed: between decisions they get no scan.
         start: Pose in the map and stamp [s] of the last ``reset``, None before.
         geofence: Bounds of the drive in the map [m], or None.
+        perceived: Virtual scan of the latest situation, as perception gave it; None before the
+            first of a drive.
     """
 
     def __init__(
@@ -113,6 +115,7 @@ class Navigator:
         self.spectators: list[Observer] = []
         self.start: tuple[Pose, float] | None = None
         self.geofence: Geofence | None = None
+        self.perceived: VirtualScan | None = None
 
     @property
     def planner(self) -> Planner:
@@ -142,6 +145,7 @@ class Navigator:
         self._previous_steering, self._previous_speed = (0.0, 0.0), 0.0
         self._repeats_left = 0
         self._arrival.reset()
+        self.perceived = None
 
     @property
     def steering(self) -> Steering:
@@ -277,6 +281,7 @@ class Navigator:
 
     def _situation(self, readings: SensorReadings, scan: VirtualScan) -> ControllerInput:
         """Return the input of the controller, with the planner's sub-goal in the goal's place."""
+        self.perceived = scan
         pose = self._localizer.pose
         to_goal = self._goal - pose.position[:2]
         situation = ControllerInput(

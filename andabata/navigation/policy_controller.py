@@ -8,12 +8,17 @@ from numpy.typing import NDArray
 from andabata.machine.kinematics import Twist
 from andabata.navigation.controller import ControllerInput
 from andabata.navigation.map_observation import MAP_TERMS
+from rl.driving import driving_repeat
 from rl.policy import Policy, with_observations
 from rl.spaces import ActionSpec, ObservationSpec, points_of, steering_points
 
 
 class PolicyController:
-    """Drives a policy: named parts of the situation in, a twist out."""
+    """Drives a policy: named parts of the situation in, a twist out.
+
+    Attributes:
+        repeat: Number of control steps that the policy holds an action for when it drives alone.
+    """
 
     def __init__(self, policy: Policy, cruise_speed: float) -> None:
         """Take a loaded policy.
@@ -30,7 +35,7 @@ class PolicyController:
         unknown = [name for name in terms if name not in _TERMS]
         if unknown:
             raise ValueError(f"policy: expected observations {', '.join(_TERMS)}, got {unknown}")
-        self._policy = policy
+        self._policy, self.repeat = policy, driving_repeat(policy)
         self._trained_range = terms["ranges"].high if "ranges" in terms else None
         # A policy of a fixed vector has no such number: its observation refuses another.
         self._sectors = terms["points"].shape[0] if "points" in terms else None

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.sensor_readings import VehicleState
 from andabata.tasks.terminations import Drives, Ending, Outcome, TerminationConfig, Terminations
+from traversability.virtual_scan import VirtualScan
 from worlds.world import World
 
 __all__ = ["EpisodeMonitor", "Outcome", "TerminationConfig"]
@@ -15,10 +16,11 @@ _BEFORE_ARRIVAL = (Ending.GOAL, Ending.COLLISION, Ending.TIPOVER)
 
 
 class EpisodeMonitor:
-    """Watches the true state of one drive, never what the robot perceives.
+    """Watches the true state of one drive; of what is perceived, what ``collision_range`` needs.
 
     Attributes:
         ending: Ending of the drive so far.
+        is_too_near: True if the drive ended by ``collision_range`` and nothing was touched.
         distance: Distance driven [m].
         forbidden_distance: Distance driven where the true map forbids it [m].
         steering_variation: Integral of the squared yaw rate [rad2/s].
@@ -31,11 +33,20 @@ class EpisodeMonitor:
         goal_radius: Distance below which the goal is reached [m].
     """
 
-    def __init__(self, world: World, config: TerminationConfig) -> None:
-        """Take a world and the rules of its drives."""
+    def __init__(self, world: World, config: TerminationConfig, sees_scan: bool = False) -> None:
+        """Take a world and the rules of its drives.
+
+        Args:
+            world: World.
+            config: Rules of a drive.
+            sees_scan: True if each update comes with the virtual scan, where there is one.
+
+        Raises:
+            ValueError: If the rules need a scan and none is seen.
+        """
         self._truth = world.truth
         self.goal_radius = config.goal_radius
-        self._terminations = Terminations(config)
+        self._terminations = Terminations(config, sees_scan=sees_scan)
 
     def begin(self, state: VehicleState, goal: NDArray[np.float64]) -> None:
         """Start measuring a drive to ``goal``, map coordinates [m], shape (2,)."""
@@ -44,6 +55,7 @@ class EpisodeMonitor:
         self._terminations.begin(0, state.pose.position[:2], state.stamp)
         self._work = state.work
         self.ending = Ending.NONE
+        self.is_too_near = False
         self.energy: float | None = None
         self.distance = 0.0
         self.forbidden_distance = 0.0
@@ -62,13 +74,19 @@ class EpisodeMonitor:
         """Forget for how long the robot has stayed where it is."""
         self._terminations.begin(0, state.pose.position[:2], state.stamp)
 
-    def update(self, state: VehicleState, has_arrived: bool | None = None) -> Outcome | None:
+    def update(
+        self,
+        state: VehicleState,
+        has_arrived: bool | None = None,
+        scan: VirtualScan | None = None,
+    ) -> Outcome | None:
         """Take in the true state after a control step; return the outcome, None before the end.
 
         Args:
             state: True state.
             has_arrived: True in the step in which the robot declares its goal reached, and False
                 before; None where the true state alone says when a goal is reached.
+            scan: Latest virtual scan that the controller was given; None before the first.
         """
         position = state.pose.position[:2]
         moved = float(np.hypot(*(position - self.path[-1][:2])))
@@ -95,8 +113,11 @@ class EpisodeMonitor:
             tipped=np.array([state.tipped]),
             stamps=np.array([state.stamp]),
             times=np.array([self.time]),
+            nearest=np.array([np.inf if scan is None else scan.nearest]),
         )
         self.ending = Ending(int(self._terminations.endings(drives)[0]))
+        touched = state.collided or state.tipped
+        self.is_too_near = bool(self._terminations.too_near(drives)[0]) and not touched
         if has_arrived and self.ending not in _BEFORE_ARRIVAL:
             self.ending = Ending.FALSE_ARRIVAL
         return self.ending.outcome

@@ -54,7 +54,8 @@ class MazeVectorEnv(PlanarVectorEnv):
         lidar = PlanarLidar(grid.bearings, body.lidar_height, grid.outer_radius)
         self._terrain = TerrainBatch(num_envs, body, lidar, robot.errors)
         spaces = config.observations, config.actions
-        super().__init__(self._terrain, *spaces, config.terminations, num_envs, autoreset)
+        rules = config.terminations
+        super().__init__(self._terrain, *spaces, rules, num_envs, autoreset, sees_scan=True)
         self._scene_cache = scenes or SceneCache()
         # The worlds are not kept: a true map takes 3 MB, and a batch sees a hundred worlds.
         self._tasks: list[tuple[Task, ...]] = []
@@ -78,6 +79,11 @@ class MazeVectorEnv(PlanarVectorEnv):
             twists[k] = twist.linear, twist.angular
             self._previous[k] = twist.angular, self._previous[k, 0]
         return twists
+
+    @property
+    def _nearest(self) -> NDArray[np.float64]:
+        """Shortest beam of each robot [m]: they are its virtual scan."""
+        return self._terrain.ranges.min(axis=1).astype(np.float64)
 
     def _reward_terms(
         self,

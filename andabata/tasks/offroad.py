@@ -117,9 +117,9 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     ## Start and end
     A world is drawn from the pool of seeds and a task from the world. An episode terminates at the
-    goal (d < 1 m), on physical contact, on tip-over and when stuck, and is truncated at the time
-    limit. The last step's info holds ``is_success``, ``outcome``, ``turns`` and ``contact``, which
-    tells who drove into whom.
+    goal (d < 1 m), on physical contact, on tip-over and when stuck, with ``collision_range`` also
+    at a nearer range of the virtual scan, and is truncated at the time limit. The last step's info
+    holds ``is_success``, ``outcome``, ``turns`` and ``contact``, which tells who drove into whom.
 
     ## Options of reset
     ``{"world_seed": int, "difficulty": float, "task": int}`` choose the world and the task.
@@ -172,7 +172,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         goal = np.array(task.goals[0])
         start = jittered(task.start, self.np_random, config.start_jitter, config.heading_jitter)
         readings = robot.place(start, goal, self.np_random)
-        self._monitor = EpisodeMonitor(robot.scene.world, config.terminations)
+        self._monitor = EpisodeMonitor(robot.scene.world, config.terminations, sees_scan=True)
         self._monitor.begin(_truth(readings), goal)
         robot.navigator.update(readings)
         while (situation := robot.navigator.observe(readings)) is None:
@@ -195,7 +195,6 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         wheels = robot.navigator.execute(command)[1]
         readings = robot.simulator.step(wheels)
         robot.navigator.update(readings)
-        outcome = self._monitor.update(_truth(readings))
         before, after = self._distances(_truth(readings))
         self._steps += 1
         if self._steps % self.config.perception_decimation == 0:
@@ -203,6 +202,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             if situation is None:
                 raise ValueError("scan: expected one after the first one, got None")
             self._observe(situation)
+        outcome = self._monitor.update(_truth(readings), scan=robot.navigator.perceived)
         terms = self._reward_terms(before, after)
         info: dict[str, Any] = {"reward_terms": terms}
         if outcome is not None:

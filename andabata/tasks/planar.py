@@ -77,6 +77,7 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
         terminations: TerminationConfig,
         num_envs: int,
         autoreset: bool = True,
+        sees_scan: bool = False,
     ) -> None:
         """Prepare a task for a number of robots.
 
@@ -87,6 +88,10 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
             terminations: Rules that end an episode.
             num_envs: Number of robots.
             autoreset: True to begin the next episode in the step that ends one.
+            sees_scan: True for a task that gives ``_nearest``.
+
+        Raises:
+            ValueError: If the rules need a scan and none is seen.
         """
         self.num_envs = num_envs
         mode = AutoresetMode.SAME_STEP if autoreset else AutoresetMode.DISABLED
@@ -99,7 +104,8 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._autoreset = autoreset
         self._batch = batch
-        self._rules, self._terminations = terminations, Terminations(terminations, num_envs)
+        self._rules = terminations
+        self._terminations = Terminations(terminations, num_envs, sees_scan)
         self._rngs = [np.random.default_rng() for _ in range(num_envs)]
         self._is_begun = False
         self._over = np.ones(num_envs, dtype=np.bool_)
@@ -143,6 +149,11 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
     def _end_details(self) -> dict[str, NDArray[Any]]:
         """Return further infos of episodes that end, arrays of shape (n,); here none."""
         return {}
+
+    @property
+    def _nearest(self) -> NDArray[np.float64] | None:
+        """Smallest range of each robot's virtual scan [m], shape (n,); None without such a scan."""
+        return None
 
     @property
     def _situations(self) -> NDArray[np.float32] | None:
@@ -219,7 +230,15 @@ class PlanarVectorEnv(gym.vector.VectorEnv[State, NDArray[np.float32], Any], ABC
         """Return the ending of each drive."""
         distances = np.hypot(*(self._goals - state.poses[:, :2]).T)
         stamps = self._batch.stamps
-        drives = Drives(state.poses[:, :2], distances, state.contacts, state.tipped, stamps, stamps)
+        drives = Drives(
+            positions=state.poses[:, :2],
+            goal_distances=distances,
+            collided=state.contacts,
+            tipped=state.tipped,
+            stamps=stamps,
+            times=stamps,
+            nearest=self._nearest,
+        )
         return self._terminations.endings(drives)
 
     def _with_situations(self, info: dict[str, Any]) -> dict[str, Any]:

@@ -53,6 +53,9 @@ class TerminationConfig(BaseModel):
         stuck_radius: Radius of staying [m] (assumption).
         timeout_terminates: True if a time-out is an end like a collision (Guo et al., Eq. 5), False
             if it cuts a drive short, whose last state a learner bootstraps from.
+        collision_range: Range of the virtual scan below which a drive ends as a collision, touched
+            or not [m] (paper: 0.72); None for contact alone. The scan is the latest that a
+            controller was given, before a planner ends its ranges; unknown sectors count as free.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -62,6 +65,7 @@ class TerminationConfig(BaseModel):
     stuck_time: float = Field(default=20.0, gt=0)
     stuck_radius: float = Field(default=0.3, gt=0)
     timeout_terminates: bool = False
+    collision_range: float | None = Field(default=None, gt=0)
 
     def truncated(self, endings: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return True where an ending cuts a drive short instead of terminating it, shape (n,).
@@ -83,6 +87,8 @@ class Drives:
         tipped: True where the body has rolled over, shape (n,).
         stamps: Time of each robot's clock [s], shape (n,).
         times: Time since the begin of each drive [s], shape (n,).
+        nearest: Smallest range of each robot's virtual scan [m], shape (n,), infinite before the
+            first; None where no scan is seen.
     """
 
     positions: NDArray[np.float64]
@@ -91,6 +97,7 @@ class Drives:
     tipped: NDArray[np.bool_]
     stamps: NDArray[np.float64]
     times: NDArray[np.float64]
+    nearest: NDArray[np.float64] | None = None
 
 
 class Terminations:
@@ -101,13 +108,23 @@ class Terminations:
         anchor_stamps: Stamp at which it was there [s], shape (n,).
     """
 
-    def __init__(self, config: TerminationConfig, count: int = 1) -> None:
+    def __init__(self, config: TerminationConfig, count: int = 1, sees_scan: bool = False) -> None:
         """Prepare for a number of robots.
 
         Args:
             config: Rules.
             count: Number of robots.
+            sees_scan: True if each step comes with ``Drives.nearest``.
+
+        Raises:
+            ValueError: If the rules need a scan and none is seen.
         """
+        if config.collision_range is not None and not sees_scan:
+            raise ValueError(
+                "terminations.collision_range: expected None where drives end without a virtual "
+                f"scan, got {config.collision_range}; leave it out: it is a rule of off-road "
+                "training and evaluation"
+            )
         self._config = config
         self.anchors = np.zeros((count, 2))
         self.anchor_stamps = np.zeros(count)
@@ -124,7 +141,8 @@ class Terminations:
         """
         config = self._config
         at_goal = drives.goal_distances < config.goal_radius
-        going = ~(drives.tipped | drives.collided | at_goal)
+        collided = drives.collided | self.too_near(drives)
+        going = ~(drives.tipped | collided | at_goal)
         far = np.hypot(*(drives.positions - self.anchors).T) > config.stuck_radius
         moved = going & far
         self.anchors[moved] = drives.positions[moved]
@@ -136,6 +154,13 @@ class Terminations:
         outcomes[late] = Ending.TIMEOUT
         outcomes[stuck] = Ending.STUCK
         outcomes[at_goal] = Ending.GOAL
-        outcomes[drives.collided] = Ending.COLLISION
+        outcomes[collided] = Ending.COLLISION
         outcomes[drives.tipped] = Ending.TIPOVER
         return outcomes
+
+    def too_near(self, drives: Drives) -> NDArray[np.bool_]:
+        """Return True where the virtual scan alone makes a collision, shape (n,)."""
+        limit = self._config.collision_range
+        if limit is None or drives.nearest is None:
+            return np.zeros(len(drives.stamps), dtype=np.bool_)
+        return drives.nearest < limit

@@ -88,6 +88,17 @@ class TrainingPlan(BaseModel):
         return self
 
     @model_validator(mode="after")
+    def _check_driving_repeat(self) -> Self:
+        """Refuse held actions where a policy drives in every step."""
+        for environment in (stage.environment for stage in self.stages.values()):
+            if self.learner.driving_repeat > 1 and isinstance(environment, RoomConfig):
+                raise ValueError(
+                    f"learner.driving_repeat: expected 1 for the task {environment.task}, whose "
+                    f"robot decides in every step, got {self.learner.driving_repeat}; leave it out"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _check_decimation(self) -> Self:
         """Refuse decisions on scans of earlier decisions."""
         for name, stage in self.stages.items():

@@ -1,5 +1,7 @@
 """The paper's learner: one step of temporal difference, near the policy that drove."""
 
+import copy
+
 import numpy as np
 import pytest
 import torch
@@ -19,7 +21,7 @@ def rollouts():
     return serial_rollouts([TurnToGoal(), TurnToGoal()])
 
 
-@pytest.mark.parametrize("critic", ["reward-input", "state"])
+@pytest.mark.parametrize("critic", ["reward-input", "state", "action-input"])
 def test_it_learns_and_resumes(critic):
     """Returns grow with either critic, and a resumed run ends with the same bytes."""
     numbers = {"hidden": (32, 32), "actor_rate": 3e-3, "critic_rate": 1e-2}
@@ -118,8 +120,8 @@ def test_the_one_step_target(terminated):
     states = torch.from_numpy(drive.states)
     last = torch.from_numpy(drive.last_state[None])
     with torch.no_grad():
-        value = one.critic(states, torch.zeros(1))
-        after = one.critic(last, torch.tensor([3.0]))
+        value = one.critic(states, torch.zeros(1, 1))
+        after = one.critic(last, torch.tensor([[3.0]]))
         target = 3.0 + 0.5 * (1 - terminated) * after
         loss = torch.nn.functional.smooth_l1_loss(value, target)
     figures = one.update([drive], np.random.default_rng(0))
@@ -128,6 +130,47 @@ def test_the_one_step_target(terminated):
     assert figures["critic_loss"] == pytest.approx(float(loss), rel=1e-5)
     assert figures["value"] == pytest.approx(float(value), rel=1e-5)
     assert figures["spread"] == pytest.approx(float(spread), rel=1e-5)
+
+
+@pytest.mark.parametrize("terminated", [True, False])
+def test_the_target_of_a_critic_that_reads_the_action(terminated, monkeypatch):
+    """r + gamma Q(next, the action that came next), and at a cut Q(last, the best action there)."""
+    one = learner(gamma=0.5, reward_scale=1.0, critic="action-input")
+    drive = episode(2, terminated)
+    found = batches(one, [drive], monkeypatch)
+    monkeypatch.undo()
+    states, actions = torch.from_numpy(drive.states), torch.from_numpy(drive.actions)
+    last = torch.from_numpy(drive.last_state[None])
+    behaviour = copy.deepcopy(one.actor)
+    for t, nexts in ((0, states[1:]), (1, last)):
+        with torch.no_grad():
+            coming = actions[1:] if t == 0 else torch.tanh(one.actor(last)[0])
+            goes_on = t == 0 or not terminated
+            target = drive.rewards[t] + 0.5 * goes_on * one.critic(nexts, coming)
+            value = one.critic(states[t : t + 1], actions[t : t + 1])
+            loss = torch.nn.functional.smooth_l1_loss(value, target.float())
+        figures = one._update(found[t], behaviour)
+        assert float(figures[0]) == pytest.approx(float(loss), rel=1e-5)
+
+
+def test_the_baseline_of_a_critic_that_reads_the_action_is_the_best_ones_value(monkeypatch):
+    """An action that is as good as the critic says still gains where the best one is worse."""
+    for best, sign in ((-5.0, 1), (5.0, -1)):
+        one, drive = learner(critic="action-input"), episode(1, True, 0.0)
+        states, actions = torch.from_numpy(drive.states), torch.from_numpy(drive.actions)
+        one._best = lambda states: torch.full((len(states), 1), 0.125)
+        values = lambda _, beside, best=best: torch.where(beside[:, 0] == 0.125, best, 0.0)  # noqa: E731
+        monkeypatch.setattr(one, "critic", lambda s, b, v=values: v(s, b).requires_grad_())
+        monkeypatch.setattr(one, "_step", _only_actor(one._step))
+        before = float(one.actor.log_probability(states, actions).detach())
+        one.update([drive], np.random.default_rng(0))
+        after = float(one.actor.log_probability(states, actions).detach())
+        assert sign * (after - before) > 0
+
+
+def _only_actor(step):
+    """Return a step that leaves the critic as it is."""
+    return lambda name, loss: step(name, loss) if name == "actor" else None
 
 
 def test_better_than_expected_becomes_likelier():
@@ -185,6 +228,7 @@ def test_the_settings_of_the_shipped_policy():
         "algorithm": "actor-critic",
         "hidden": (200, 200),
         "action_repeat": 5,
+        "driving_repeat": 1,
         "episodes_per_iteration": 8,
         "device": "cpu",
         "driving_noise": 0.0,

@@ -27,11 +27,13 @@ def test_the_papers_sizes():
 
 def test_the_value_of_a_state_takes_the_reward_as_printed():
     """The printed critic has the reward as its 36th input; the plain one does not see it."""
-    printed, plain = (ValueCritic(OBSERVATIONS, (200, 200), takes) for takes in (True, False))
+    printed, plain = (ValueCritic(OBSERVATIONS, (200, 200), beside) for beside in (1, 0))
     assert printed.linear[0].weight.shape == (200, 36)
     assert plain.linear[0].weight.shape == (200, 35)
-    states, rewards = torch.ones(2, 35), torch.tensor([0.0, 100.0])
-    apart = [torch.diff(critic(states, rewards)).abs().item() for critic in (printed, plain)]
+    states, rewards = torch.ones(2, 35), torch.tensor([[0.0], [100.0]])
+    read = (rewards, rewards[:, :0])
+    pairs = zip((printed, plain), read, strict=True)
+    apart = [torch.diff(critic(states, beside)).abs().item() for critic, beside in pairs]
     assert apart[0] > 1e-2
     assert apart[1] < 1e-5
 

@@ -7,7 +7,7 @@ import pytest
 
 from rl.curriculum import Curriculum, validation_score
 from rl.curriculum_config import Difficulty, Stage
-from rl.driving import driving_noise
+from rl.driving import driving_noise, driving_repeat
 from tests.support.curricula import Recorder, config, made, rollouts, run
 from tests.support.known_environments import TurnToGoal
 
@@ -60,6 +60,21 @@ def test_a_policy_keeps_the_noise_that_it_is_validated_with():
     assert {driving_noise(policy) for explores, policy in recorder.policies if not explores} == {
         0.25
     }
+
+
+@pytest.mark.parametrize("held", [1, 3])
+def test_a_policy_is_validated_with_actions_held_as_it_drives(held):
+    """By its own word, whatever they are held for in learning."""
+    repeats = []
+
+    def rollout(policy, action_repeat, specs, explore):
+        if not explore:
+            repeats.append((action_repeat, driving_repeat(policy)))
+        return rollouts()(policy, action_repeat, specs, explore)
+
+    plan = config(4, action_repeat=2, driving_repeat=held).model_copy(update={"validation": 1})
+    run(Curriculum(plan, rollout), 1)
+    assert repeats == [(held, held)]
 
 
 def test_the_policy_of_a_better_validation_replaces_the_older():

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from rl.driving import DRIVING_NOISE, driven, driven_many, driving_noise
+from rl.driving import (
+    DRIVING_NOISE,
+    DRIVING_REPEAT,
+    driven,
+    driven_many,
+    driving_noise,
+    driving_repeat,
+)
 from rl.goal_laws import ProportionalPolicy
 from rl.policy import policy_from_bytes, with_info
 from rl.spaces import ActionSpec, ObservationSpec, ObservationTerm
@@ -56,3 +63,9 @@ def test_a_robot_alone_drives_as_among_others():
     for _ in range(3):
         many = driven_many(noisy, STATES, together)
         np.testing.assert_array_equal(driven(noisy, STATES[1], alone), many[1])
+
+
+def test_a_policy_says_how_long_it_holds_an_action():
+    """The file keeps it; without the entry it decides in every step."""
+    held = policy_from_bytes(with_info(LAW, {DRIVING_REPEAT: 5}).to_bytes())
+    assert (driving_repeat(held), driving_repeat(LAW)) == (5, 1)

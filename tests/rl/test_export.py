@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from andabata.models import shipped_policy
-from rl.driving import DRIVING_NOISE
+from rl.driving import DRIVING_NOISE, DRIVING_REPEAT
 from rl.export import PolicyExportError, policy_to_onnx
 from rl.networks import Actor, DeterministicActor
 from rl.point_set_actor import PointSetActor
@@ -70,6 +70,15 @@ def test_the_model_tells_the_noise_that_it_lacks():
         model = onnx.load_from_string(policy_to_onnx(one))
         about = {row.key: row.value for row in model.metadata_props}
         assert about.get("driving_noise") == expected
+
+
+def test_the_model_tells_how_long_an_action_is_held():
+    """The metadata names it where it is more than a step."""
+    policy = DeterministicActor(TARGETS, TWO_ACTIONS, (8,)).policy({DRIVING_REPEAT: 5})
+    for one, expected in ((policy, "5"), (with_info(policy, {}), None)):
+        model = onnx.load_from_string(policy_to_onnx(one))
+        about = {row.key: row.value for row in model.metadata_props}
+        assert about.get("driving_repeat") == expected
 
 
 def test_another_architecture_is_refused():

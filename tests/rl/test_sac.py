@@ -198,6 +198,7 @@ def test_the_settings_of_the_shipped_policy():
         "episodes_per_iteration": 8,
         "device": "cpu",
         "driving_noise": 0.0,
+        "driving_repeat": 1,
         "learning_rate": 5e-4,
         "gamma": 0.98,
         "tau": 0.005,

@@ -285,6 +285,7 @@ def test_the_settings_are_fujimotos_where_they_are_not_ours():
         "episodes_per_iteration": 8,
         "device": "cpu",
         "driving_noise": 0.0,
+        "driving_repeat": 1,
         "learning_rate": 5e-4,
         "gamma": 0.99,
         "tau": 0.01,

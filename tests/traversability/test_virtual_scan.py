@@ -21,6 +21,17 @@ def test_one_block_gives_one_dip_at_the_right_bearing():
     assert (scan.finite() <= 10.0).all()
 
 
+def test_the_nearest_range_is_that_of_a_known_obstacle():
+    """Free and unknown sectors count as the largest range."""
+    for ranges, nearest in (
+        ([np.inf, np.nan, 0.6, 2.0], 0.6),
+        ([np.inf, np.nan], 10.0),
+        ([np.nan, 10.0], 10.0),
+    ):
+        scan = VirtualScan(np.array(ranges, dtype=np.float32), 10.0)
+        assert scan.nearest == pytest.approx(nearest)
+
+
 def test_a_sector_with_empty_cells_alone_is_unknown():
     """One free cell makes its sector free."""
     cells = np.zeros((GRID.n_sectors, GRID.n_rings), dtype=np.uint8)

@@ -18,6 +18,7 @@ NAMES = (
     "natural",
     "natural-far",
     "natural-rough",
+    "natural-row",
     "natural-test",
     "natural-walkers",
     "park",
@@ -50,10 +51,21 @@ def test_the_same_seed_gives_the_same_bytes(world):
 
 
 def test_families_differ():
-    """Every preset has random streams of its own, but for the walkers' in the worlds of a test."""
+    """Every preset has random streams of its own, but for those in the worlds of another."""
     families = {name: config.family for name, config in presets().items()}
     assert families.pop("natural-walkers") == families["natural-test"]
-    assert len(set(families.values())) == len(NAMES) - 1
+    assert families.pop("natural-row") == families["natural"]
+    assert len(set(families.values())) == len(NAMES) - 2
+
+
+def test_worlds_with_goals_in_a_row_are_those_that_are_trained_in():
+    """Tasks apart the two presets differ in nothing: ground, objects and true map are equal."""
+    natural, row = (presets()[name] for name in ("natural", "natural-row"))
+    assert row.model_copy(update={"goals": 1, "about": natural.about}) == natural
+    seen, judged = (make_world(name, 0) for name in ("natural", "natural-row"))
+    assert fingerprint(judged) == fingerprint(seen)
+    assert [len(task.goals) for task in judged.tasks] == [3] * 4
+    assert [len(task.goals) for task in seen.tasks] == [1] * 4
 
 
 def test_worlds_with_walkers_pair_with_those_without():

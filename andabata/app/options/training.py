@@ -29,9 +29,9 @@ class TrainingOptions:
             "--algorithm",
             "--variant",
             metavar="NAME",
-            help="Plan of the task. Off-road sac, the default, actor-critic, the paper's scheme, "
-            "or sac-points; spn: sac, sac-paper, sac-1d or td3; td3: td3, td3-improved, "
-            "td3-improved-scaled, gdae or gdae-trainable.",
+            help="Plan of the task. Off-road sac, the default, paper, the paper's scheme, "
+            "actor-critic, the same on many worlds, or sac-points; spn: sac, sac-paper, sac-1d or "
+            "td3; td3: td3, td3-improved, td3-improved-scaled, gdae or gdae-trainable.",
         ),
     ] = None
     k: Annotated[

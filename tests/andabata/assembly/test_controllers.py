@@ -26,6 +26,7 @@ from andabata.navigation.planning.trajectory_rollouts import TrajectoryRolloutsC
 from andabata.navigation.policy_controller import PolicyController
 from andabata.navigation.reactive import ReactiveController, StraightController
 from rl.crop_actor import CropActor
+from rl.driving import DRIVING_REPEAT
 from rl.policy import with_info
 from tests.support.situations import between, scan_of, situation
 from worlds.world import MapDatum
@@ -87,6 +88,16 @@ def test_a_policy_controller_drives_the_models_policy():
         assert make_steering(name, None, CONFIG, models).controller._policy is other
     actor = make_steering("actor-critic", None, CONFIG, models).controller._policy
     assert actor is shipped_policy("actor-critic")
+
+
+def test_a_policy_alone_holds_its_actions_as_long_as_it_says():
+    """As it was trained; with a planner the rollouts decide how long."""
+    models = replace(Models(), policy=with_info(shipped_policy(), {DRIVING_REPEAT: 4}))
+    repeats = [
+        make_steering(name, None, CONFIG, models).action_repeat
+        for name in ("policy", "policy+planner", "actor-critic")
+    ]
+    assert repeats == [4, 5, 1]
 
 
 def test_the_planner_counts_decisions_and_not_control_steps():

@@ -304,3 +304,34 @@ def test_disturbances_that_there_are_not_are_refused():
     """A setting of an unknown disturbance names it."""
     with pytest.raises(ValueError, match=r"perturb\.latenzy: .*did you mean latency"):
         small(perturb={"latenzy": 0.1})
+
+
+def test_all_trials_are_driven_in_one_world_where_it_is_named():
+    """Each with a task and noise of its own: a policy is judged where it was trained."""
+    attempts = rows_of(small(world_seed=3), "straight", Models())
+    assert {each.detail.world_seed for each in attempts} == {3}
+    assert len({each.detail.end for each in attempts}) == 3
+
+
+def test_a_near_range_is_judged_by_the_rules_of_the_evaluation():
+    """With a wide one every trial ends as a collision that touched nothing, without it by time."""
+    rules = TerminationConfig(time_limit=4.0, collision_range=9.9)
+    near = rows_of(small(terminations=rules), "straight", Models())
+    assert {(str(e.outcome), e.contact, e.detail.cause) for e in near} == {
+        ("collision", Contact.NONE, "near range")
+    }
+    assert {str(each.outcome) for each in rows_of(small(), "straight", Models())} == {"timeout"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"world_seed": 500_800_000}, "which judges 0.2.0"),
+        ({"world_seed": 0, "suite": "development"}, "world_seed: expected none beside the suite"),
+        ({"world_seed": -1}, "greater than or equal to 0"),
+    ],
+)
+def test_worlds_that_cannot_be_named_are_refused(changes, words):
+    """One that judges, one beside a suite's own, and a negative seed."""
+    with pytest.raises(ValueError, match=words):
+        small(**changes)

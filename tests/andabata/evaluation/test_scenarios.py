@@ -30,6 +30,13 @@ def test_an_unknown_suite_is_named():
         scenarios("x", "maze", 3, 0)
 
 
+def test_all_trials_of_one_world_have_its_seed():
+    """Whatever the seed of the evaluation, which draws tasks and noise."""
+    for seed in (0, 7):
+        found = scenarios(None, "natural-row", 3, seed, world_seed=0)
+        assert found == (Scenario("natural-row", 0, None),) * 3
+
+
 def test_trials_of_a_preset_have_worlds_of_their_own():
     """Trial k of a seed has evaluation world k of that seed, at the preset's own difficulty."""
     found = scenarios(None, "hollow", 4, 2)

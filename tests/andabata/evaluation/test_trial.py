@@ -16,6 +16,7 @@ from andabata.machine.sensor_readings import SensorReadings, VehicleState, Wheel
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from tests.support.situations import scan_of
 from tests.support.walking_worlds import agent, peopled
 from worlds.world import Start, Task
 
@@ -30,7 +31,7 @@ class Puppet:
 
     def __init__(self, world, bad=None, speed=5.0, off=0.0):
         self.scene = SimpleNamespace(world=world)
-        self.navigator = SimpleNamespace(set_goal=self._set_goal, has_arrived=False)
+        self.navigator = SimpleNamespace(set_goal=self._set_goal, has_arrived=False, perceived=None)
         self.localizer, self._off = SimpleNamespace(), np.array([off, 0.0])
         self.goals, self.starts, self.steps = [], [], 0
         self._bad, self._speed, self._stamp = bad, speed, 0.0
@@ -93,6 +94,25 @@ def test_an_attempt_says_who_drove_into_whom(make_ground):
     assert (attempt.outcome, attempt.contact) == (Outcome.COLLISION, Contact.HIT_AT_REST)
     assert attempt.detail.walker == "animal"
     assert attempt.time == pytest.approx(0.5)
+
+
+class NearPuppet(Puppet):
+    """A robot that sees something at 0.7 m from its seventh step on, and touches nothing."""
+
+    def step(self, readings):
+        self.navigator.perceived = scan_of(0.7 if self.steps >= 6 else 0.8)
+        return super().step(readings)
+
+
+def test_a_near_range_ends_a_trial_by_its_rule_alone(make_ground):
+    """By the scan of the step, as a collision without a contact whose cause has its own name."""
+    rules = TerminationConfig(time_limit=30.0, collision_range=0.72)
+    robot = NearPuppet(make_ground())
+    (attempt,) = run_trial(robot, TASK, rules, np.random.default_rng(0))
+    assert (attempt.outcome, attempt.contact) == (Outcome.COLLISION, Contact.NONE)
+    assert (attempt.detail.cause, attempt.time) == ("near range", pytest.approx(0.7))
+    free = run_trial(NearPuppet(make_ground()), TASK, RULES, np.random.default_rng(0))
+    assert [each.outcome for each in free] == [Outcome.GOAL] * 4
 
 
 def test_goals_are_visited_in_their_order(make_ground):

@@ -12,6 +12,7 @@ from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.tasks.terminations import Outcome, TerminationConfig
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from tests.support.situations import scan_of
 
 GOAL = np.array([5.0, 0.0])
 RULES = TerminationConfig(time_limit=50.0)
@@ -121,3 +122,14 @@ def test_the_tolerance_of_a_true_pose_is_that_of_its_errors():
     assert arrival_tolerance(given) == pytest.approx(2**0.5 * 0.1)
     blind = SimulatedRobotConfig(sensing={"proprioception": None})
     assert arrival_tolerance(blind) == 0.0
+
+
+def test_a_near_range_is_judged_where_the_rules_say_so(make_ground):
+    """With the latest scan of each step; who gives none is refused the rule by name."""
+    rules = TerminationConfig(collision_range=0.72)
+    monitor = TrialMonitor(make_ground(), RobotModel(), rules, 0.4, sees_scan=True)
+    monitor.begin(state(0.0, 0.0), GOAL)
+    assert monitor.judge(state(1.0, 0.3), False, scan_of(0.73)) is None
+    assert monitor.judge(state(2.0, 0.6), False, scan_of(0.71)) is Outcome.COLLISION
+    with pytest.raises(ValueError, match=r"terminations\.collision_range"):
+        TrialMonitor(make_ground(), RobotModel(), rules, 0.4)

@@ -137,6 +137,23 @@ def test_a_reset_forgets_the_last_drive():
     assert controller.situations[1].previous_steering == (0.0, 0.0)
 
 
+def test_the_perceived_scan_is_that_of_the_last_decision():
+    """Between decisions it stays, a planner changes nothing of it, and a reset forgets it."""
+    navigator, _, perception, _ = make(planner=StubPlanner(), repeat=2)
+    assert navigator.perceived is None
+    seen = []
+    for result in steps(navigator, 4):
+        seen.append(result.situation)
+        perception.result = scan_of(5.0)
+    assert navigator.perceived is seen[2].perceived
+    assert seen[3] is None
+    navigator.reset(pose_at(1.0), 5.0)
+    assert navigator.perceived is None
+    perception.result = None
+    assert navigator.observe(SensorReadings(5.1)) is None
+    assert navigator.perceived is None
+
+
 @pytest.mark.parametrize("repeat", [1, 3])
 def test_a_decision_is_repeated_for_as_many_steps_as_asked(repeat):
     """The controller acts at steps 0, n, 2n; in between its command is driven again."""

@@ -9,6 +9,7 @@ from andabata.machine.sensor_readings import VehicleState, WheelSpeeds
 from andabata.tasks.episode_monitor import EpisodeMonitor, Outcome, TerminationConfig
 from terrain.classes import SemanticClass
 from terrain.objects import box
+from tests.support.situations import scan_of
 
 GOAL = np.array([5.0, 0.0])
 
@@ -126,3 +127,32 @@ def test_a_robot_that_declares_its_arrival_ends_the_drive(monitor):
     assert monitor.update(state(2.0, 4.9), has_arrived=True) is Outcome.GOAL
     assert monitor.update(state(3.0, 3.9), has_arrived=True) is Outcome.FALSE_ARRIVAL
     assert monitor.update(state(4.0, 3.9, collided=True), has_arrived=True) is Outcome.COLLISION
+
+
+@pytest.mark.parametrize("limit", [None, 0.72])
+def test_a_near_range_ends_a_drive_by_the_rule_alone(make_ground, limit):
+    """A contact beside it is a contact, and before the first scan nothing is near."""
+    rules = TerminationConfig(collision_range=limit)
+    monitor = EpisodeMonitor(make_ground(), rules, sees_scan=True)
+    monitor.begin(state(0.0, 0.0), GOAL)
+    assert monitor.update(state(1.0, 0.5)) is None
+    assert monitor.update(state(2.0, 0.9), scan=scan_of(0.75)) is None
+    ended = monitor.update(state(3.0, 1.2), scan=scan_of(0.7))
+    assert ended is (None if limit is None else Outcome.COLLISION)
+    assert monitor.is_too_near == (limit is not None)
+    monitor.update(state(4.0, 1.3, collided=True), scan=scan_of(0.7))
+    assert not monitor.is_too_near
+
+
+def test_the_word_of_a_robot_excuses_no_near_range(make_ground):
+    """As it excuses no contact."""
+    rules = TerminationConfig(collision_range=0.72)
+    monitor = EpisodeMonitor(make_ground(), rules, sees_scan=True)
+    monitor.begin(state(0.0, 0.0), GOAL)
+    assert monitor.update(state(1.0, 4.9), True, scan_of(0.7)) is Outcome.COLLISION
+
+
+def test_a_rule_that_needs_a_scan_is_refused_without_one(make_ground):
+    """By its name."""
+    with pytest.raises(ValueError, match=r"terminations\.collision_range"):
+        EpisodeMonitor(make_ground(), TerminationConfig(collision_range=0.72))

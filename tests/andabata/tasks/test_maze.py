@@ -24,14 +24,17 @@ def wiggle(k, robot):
     return np.float32(np.sin(k / (5 + robot)) * (0.3 + 0.1 * robot))
 
 
-def test_robots_drive_as_each_would_alone(scenes):
+@pytest.mark.parametrize("collision_range", [None, 0.72])
+def test_robots_drive_as_each_would_alone(scenes, collision_range):
     """Observations, rewards, terms and ends are those of as many single environments."""
     count, steps = 6, 500
-    together = MazeVectorEnv(SMALL, count, scenes, autoreset=False)
+    rules = TerminationConfig(time_limit=40.0, collision_range=collision_range)
+    config = SMALL.model_copy(update={"terminations": rules})
+    together = MazeVectorEnv(config, count, scenes, autoreset=False)
     seeds = [40 + robot for robot in range(count)]
     states, info = together.reset(seed=seeds)
-    alone = [OffroadEnv(SMALL, scenes=scenes) for _ in range(count)]
-    over, ends = np.zeros(count, dtype=bool), set()
+    alone = [OffroadEnv(config, scenes=scenes) for _ in range(count)]
+    over, ends, touched = np.zeros(count, dtype=bool), set(), []
     for robot, env in enumerate(alone):
         state, about = env.reset(seed=seeds[robot])
         assert about["world_seed"] == info["world_seed"][robot]
@@ -52,6 +55,7 @@ def test_robots_drive_as_each_would_alone(scenes):
             if end or cut:
                 over[robot] = True
                 ends.add(about["outcome"])
+                touched.append(about["contact"])
                 for name in ("outcome", "is_success"):
                     assert info[name][robot] == about[name]
                 assert info["turns"][robot] == pytest.approx(about["turns"], abs=0.05)
@@ -59,6 +63,8 @@ def test_robots_drive_as_each_would_alone(scenes):
                 assert info["reward_terms"][name][robot] == pytest.approx(term, abs=1e-3)
     assert over.all()
     assert ends >= {"collision", "timeout"}
+    # The rule ends drives before anything is touched.
+    assert any(touched) == (collision_range is None)
 
 
 def test_a_reached_goal_ends_the_episode(scenes):

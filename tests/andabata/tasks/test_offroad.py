@@ -190,6 +190,25 @@ def test_driving_at_what_attracts_pays(scenes, heading):
     assert np.mean(paid) == pytest.approx(6.0, abs=1.0)
 
 
+@pytest.mark.parametrize("stage", ["Maze2D", "Maze3D"])
+def test_a_near_range_terminates_as_a_collision(scenes, stage):
+    """The state of the end is the first with a range under the rule's; nothing was touched."""
+    rules = TerminationConfig(time_limit=400.0, collision_range=3.0)
+    changes = {"seeds": (0,), "terminations": rules, "heading": "goal", "start_jitter": 0.0}
+    config = stage_config(stage).model_copy(update=changes)
+    env = make_offroad(stage, config, scenes=scenes)
+    state, _ = env.reset(seed=1)
+    over, nearest = False, []
+    while not over:
+        state, _, over, truncated, info = env.step(np.zeros(1, dtype=np.float32))
+        nearest.append(state[:32].min())
+        assert not truncated
+    env.close()
+    assert (info["outcome"], info["is_success"], info["contact"]) == ("collision", False, "")
+    assert nearest[-1] < 3.0 <= min(nearest[:-1], default=10.0)
+    assert info["reward_terms"]["collision"] == -1000.0
+
+
 def test_a_positive_action_turns_left(scenes):
     """After a positive action the goal lies further to the right."""
     env = make_offroad("Maze2D", small(heading="goal"), scenes=scenes)

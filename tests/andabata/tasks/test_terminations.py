@@ -12,7 +12,9 @@ from andabata.tasks.terminations import (
 )
 
 
-def drives(stamps, positions=None, distances=None, collided=None, tipped=None, times=None):
+def drives(
+    stamps, positions=None, distances=None, collided=None, tipped=None, times=None, nearest=None
+):
     stamps = np.atleast_1d(np.asarray(stamps, dtype=np.float64))
     n = len(stamps)
     return Drives(
@@ -22,6 +24,7 @@ def drives(stamps, positions=None, distances=None, collided=None, tipped=None, t
         tipped=np.zeros(n, bool) if tipped is None else np.asarray(tipped),
         stamps=stamps,
         times=stamps if times is None else np.asarray(times, np.float64),
+        nearest=None if nearest is None else np.asarray(nearest, np.float64),
     )
 
 
@@ -132,3 +135,35 @@ def test_every_ending_has_the_outcome_of_its_name(ending):
         assert ending.outcome is None
     else:
         assert ending.outcome is Outcome(ending.name.lower().replace("_", " "))
+
+
+def test_a_near_range_is_a_collision_where_the_rule_is_on():
+    """Under 0.72 m it ends the drive, at 0.72 m it does not; without the rule contact alone."""
+    near = [0.0, 0.7199, 0.72, np.inf]
+    found = [
+        Terminations(TerminationConfig(collision_range=limit), 4, sees_scan=True)
+        for limit in (0.72, None)
+    ]
+    ended = [each.endings(drives([1.0] * 4, nearest=near)).tolist() for each in found]
+    assert ended[0] == [Ending.COLLISION, Ending.COLLISION, Ending.NONE, Ending.NONE]
+    assert ended[1] == [Ending.NONE] * 4
+
+
+def test_a_near_range_comes_before_the_goal_and_after_a_tip_over():
+    """It has the place of a contact, and a drive that it ended keeps its anchor."""
+    terminations = Terminations(TerminationConfig(collision_range=0.72), 2, sees_scan=True)
+    last = drives(
+        [9.0] * 2, [(3, 0)] * 2, distances=[0.1] * 2, tipped=[False, True], nearest=[0.6] * 2
+    )
+    assert terminations.endings(last).tolist() == [Ending.COLLISION, Ending.TIPOVER]
+    assert terminations.too_near(last).all()
+    np.testing.assert_array_equal(terminations.anchors, np.zeros((2, 2)))
+
+
+def test_the_rule_is_refused_by_name_where_no_scan_is_seen():
+    """Whoever ends drives without a scan would ignore it in silence."""
+    with pytest.raises(
+        ValueError, match=r"terminations\.collision_range: expected None .* got 0\.7"
+    ):
+        Terminations(TerminationConfig(collision_range=0.7))
+    assert TerminationConfig().collision_range is None

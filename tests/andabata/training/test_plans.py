@@ -13,8 +13,9 @@ from andabata.tasks.rewards import (
 )
 from andabata.tasks.rooms.catalogue import JUDGES_BY_TASK
 from andabata.tasks.rooms.td3_config import GDAE_RADIUS, Td3TaskConfig, td3_config
-from andabata.training.plans import algorithms, load_plan
+from andabata.training.plans import TASKS, algorithms, load_plan
 from rl.environment import world_of_level
+from worlds.catalogue import make_world
 from worlds.rooms.catalogue import make_room
 from worlds.splits import EVALUATION_START, TRAINING_SEEDS, VALIDATION_SEEDS
 
@@ -38,6 +39,50 @@ def test_the_papers_scheme_is_the_papers():
     assert limits == [180.0, 180.0, 300.0]
     scanners = [stage.environment.simulated_robot.sensing.scanner for stage in plan.stages.values()]
     assert scanners == ["horizontal", "rotating", "rotating"]
+
+
+def test_the_papers_plan_is_one_maze_and_one_natural_world_by_its_own_rule():
+    """Else its stages are those of `actor-critic`, which has many worlds and ends by contact."""
+    plan, many = load_plan("paper"), load_plan("actor-critic")
+    learner = plan.learner
+    assert (learner.critic, learner.hidden) == ("reward-input", (200, 200))
+    assert learner.action_repeat == learner.driving_repeat  # Held alike, learning and driving.
+    assert plan.validate_every == 0  # The last actor of a stage, not the best of several.
+    limits = []
+    for name, stage in plan.stages.items():
+        environment, other = stage.environment, many.stages[name].environment
+        rules = environment.terminations
+        assert rules.collision_range == 0.72
+        assert (len(environment.seeds), environment.unseen.terminations) == (1, rules)
+        assert environment.start_jitter == environment.heading_jitter == 0.0
+        kept = ("seeds", "start_jitter", "heading_jitter", "perception_decimation", "terminations")
+        changes = {key: getattr(other, key) for key in kept}
+        assert environment.model_copy(update=changes) == other
+        assert rules == other.terminations.model_copy(update={"collision_range": 0.72})
+        assert stage.model_copy(update={"environment": other}) == many.stages[name]
+        limits.append(rules.time_limit)
+    assert limits == [180.0, 180.0, 300.0]
+    first, second, third = (stage.environment for stage in plan.stages.values())
+    assert first.seeds == second.seeds  # Stages 1 and 2 are driven in the same maze.
+    tasks = make_world("maze", first.seeds[0]).tasks
+    assert {task.start.yaw for task in tasks} == {0.0}
+    assert len(make_world("natural", third.seeds[0]).tasks) == 4
+
+
+def test_no_other_plan_ends_episodes_by_a_near_range():
+    """The rule is the paper's alone."""
+    for task in TASKS:
+        for name in algorithms(task):
+            for stage in load_plan(name, task=task).stages.values():
+                has_rule = stage.environment.terminations.collision_range is not None
+                assert has_rule == ((task, name) == ("offroad", "paper"))
+
+
+def test_held_actions_are_refused_in_rooms(capsys):
+    """Their robots decide in every step, also those of a policy that says otherwise."""
+    words = ["train", "--task", "spn", "--set", "learner.driving_repeat=3", "--quiet"]
+    assert main(words) != 0
+    assert "learner.driving_repeat: expected 1 for the task spn" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("algorithm", algorithms())
@@ -65,7 +110,7 @@ def test_an_unknown_algorithm_is_named(capsys):
     """The error lists the algorithms."""
     assert main(["train", "--algorithm", "magic", "--quiet"]) != 0
     assert (
-        "--algorithm: expected sac, actor-critic, sac-points, got 'magic'"
+        "--algorithm: expected sac, actor-critic, paper, sac-points, got 'magic'"
         in capsys.readouterr().err
     )
 

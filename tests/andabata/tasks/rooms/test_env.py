@@ -422,3 +422,10 @@ def test_gdaes_reward_leaves_out_robots_that_were_never_put_down():
     env.reset(seed=[0, 1], options={"reset_mask": np.array([True, False])})
     _, rewards, *_ = env.step(np.zeros((2, 2), dtype=np.float32))
     assert np.isfinite(rewards[0])
+
+
+def test_a_rule_of_virtual_scans_is_refused_by_name():
+    """A robot in rooms has beams and no virtual scan."""
+    rules = TerminationConfig(goal_radius=0.3, collision_range=0.5)
+    with pytest.raises(ValueError, match=r"terminations\.collision_range: expected None"):
+        robots(terminations=rules)

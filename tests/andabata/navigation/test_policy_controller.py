@@ -30,6 +30,7 @@ class StubPolicy:
         self.observations = observations
         self.actions = actions or steering_actions(0.5)
         self.values, self.seen, self.resets = np.array(values), [], 0
+        self.info = {}
 
     def reset(self):
         self.resets += 1

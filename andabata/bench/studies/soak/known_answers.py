@@ -24,7 +24,7 @@ COLLISIONS = (
     "tests/andabata/navigation/planning/test_cost_to_go_laws.py",
     "tests/andabata/navigation/planning/test_trajectory_rollouts.py",
     "tests/andabata/navigation/planning/test_trajectory_rollouts_laws.py",
-    "tests/andabata/navigation/planning/test_trajectory_rollouts_speed.py",
+    "tests/andabata/navigation/planning/test_speed_limit.py",
 )
 """Tests of the goal's radius, the price of a turn, the share of the speed, and mirrored maps."""
 

@@ -55,8 +55,8 @@ def test_worlds_are_listed_and_shown(capsys):
     """``world`` lists all presets and gives a world's size."""
     code, out, _ = run(capsys, "world", "list", "--json")
     names = [row["name"] for row in json.loads(out)["worlds"]]
-    known = "forest hill hollow lake maze meadow meadow-rough natural natural-far natural-rough natural-row "
-    known += "natural-test natural-walkers park plain stony terraced"
+    known = "forest hill hollow lake maze meadow meadow-rough natural natural-far natural-rough "
+    known += "natural-row natural-test natural-walkers park plain stony terraced"
     assert (code, names) == (0, known.split())
     code, out, _ = run(capsys, "world", "show", "maze", "--seed", "2", "--json")
     assert (code, json.loads(out)["width_m"]) == (0, 80.0)

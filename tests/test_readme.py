@@ -32,6 +32,7 @@ from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.records.topics import WHEEL_COMMAND
 from andabata.ros.ros2_graph import Ros2Graph
 from andabata.training.distillation import DistillationConfig
+from andabata.training.imitation import ImitationConfig
 from andabata.training.plans import TASKS, algorithms, load_plan
 from tests.support.barn_folders import write_world
 from tests.support.documents import (
@@ -404,6 +405,7 @@ def test_settings_in_the_text_exist(document):
         ForestConfig(),
         GroundClassifierConfig(),
         DistillationConfig(),
+        ImitationConfig(),
     ]
     bases += [load_plan(name, task=task) for task in TASKS for name in algorithms(task)]
     named = [text for span in spans((ROOT / document).read_text()) for text in settings(span)]

@@ -82,7 +82,7 @@ def test_tables_of_moving_fields_tell_who_hit_whom(capsys, tmp_path):
     assert main([*words, "--worlds", str(folder), "--quiet"]) == 0
     text = capsys.readouterr().out
     assert "standing" not in text
-    assert "read as <pose> (the first of 4 such faults)" in text.replace("\n", " ")
+    assert "read as <pose> (the first of 4 such faults)" in " ".join(text.split())
 
 
 def test_broken_folders_are_named(capsys, tmp_path):

@@ -98,7 +98,9 @@ def test_the_shipped_policy_of_td3_keeps_its_noise():
     """It was trained by the plan as it is, and drives with the plan's noise."""
     policy = shipped_policy("td3")
     assert driving_noise(policy) == 0.3
-    assert policy.info["config"]["learner"] == load_plan(task="td3").learner.model_dump(mode="json")
+    learner = load_plan(task="td3").learner
+    # Settings that came later have, in a description without them, the values of before.
+    assert type(learner).model_validate(policy.info["config"]["learner"]) == learner
 
 
 def test_a_policy_that_is_not_shipped_names_the_next_step():

@@ -221,7 +221,7 @@ def class_table(rows: Sequence[Row], key: str, unit: str) -> list[Row]:
     Args:
         rows: Rows.
         key: Name of the column with the edges.
-        unit: What they are called, with their unit.
+        unit: Name of the column for people, with its unit.
     """
     return [
         {

@@ -179,11 +179,7 @@ def fit(
     from rl.crop_actor import CropActor
     from rl.networks import use_one_thread
 
-    if not len(labels.prices):
-        raise ValueError(
-            "drives: expected decisions to learn from, got none: a robot decides from its first "
-            "scan on, 2 to 3 s after its start; give a longer driving.terminations.time_limit"
-        )
+    _check_labels(labels)
     use_one_thread()
     torch.manual_seed(seed)
     rng = np.random.default_rng([seed, len(labels.prices)])
@@ -215,6 +211,19 @@ def fit(
             chosen = given.detach().argmin(dim=1, keepdim=True)
             regret += beyond.gather(1, chosen).mean().item() / batches
     return actor.policy(info | {"loss": round(total, 6), "regret": round(regret, 6)})
+
+
+def _check_labels(labels: MapLabels) -> None:
+    """Refuse labels without a decision.
+
+    Raises:
+        ValueError: If there are none.
+    """
+    if not len(labels.prices):
+        raise ValueError(
+            "drives: expected decisions to learn from, got none: a robot decides from its first "
+            "scan on, 2 to 3 s after its start; give a longer driving.terminations.time_limit"
+        )
 
 
 def beyond_best(prices: NDArray[np.float32], clip: float) -> NDArray[np.float32]:

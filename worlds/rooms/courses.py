@@ -102,7 +102,7 @@ def pass_period(
         state: Movers, those that go straight first, changed in place.
         straight: Number of movers that go straight.
         courses: Courses of the others.
-        solids: What stands.
+        solids: Obstacles that straight movers turn back at.
         begin: Time of the begin of the period [s].
         dt: Length of a sub-step [s].
         rows: Movers after each sub-step, the first axis, filled.

@@ -46,7 +46,7 @@ class Element:
         line: Line on which it begins.
         children: Elements inside it, in order.
         text: Text inside it.
-        forgiven: Of a document's root: lines on which a fault was read past, and what it was.
+        forgiven: Lines on which a fault was read past, and what it was; of a document's root alone.
     """
 
     tag: str

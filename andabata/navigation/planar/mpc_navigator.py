@@ -67,7 +67,7 @@ class MpcNavigatorConfig(BaseModel):
             nothing [s].
         recovery_distance: Distance from the place where the robot stood beyond which driving
             backwards costs again [m].
-        movers: What it knows of movers; None takes what moves for what stands.
+        movers: Settings of tracks and forecast; None takes what moves for what stands.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

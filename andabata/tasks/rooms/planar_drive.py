@@ -52,7 +52,7 @@ class DriveResult(NamedTuple):
 
     Attributes:
         outcome: Goal, collision or time-out.
-        contact: What it touched in the end, and who drove into whom.
+        contact: Contact at the end: with what, and who drove into whom.
         time: Time by the clock [s], 0 if it never ran.
         goal_distance: Distance from the goal at the end [m].
         speed: Speed at the end [m/s].

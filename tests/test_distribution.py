@@ -72,7 +72,7 @@ for sensor in ("utm-30lx", "os1-64", "os0-128", "vlp-16", "livox-rosette"):
 for robot in ("andabata", "husky", "jackal"):
     RobotModel.load(robot)
 plans = [load_plan(name, task=task) for task in TASKS for name in algorithms(task)]
-assert len(plans) == 12, plans
+assert len(plans) == 13, plans
 assert len([make_room(name) for name in room_names()]) == 21
 Models().to_bytes()
 shipped_policy("actor-critic")

@@ -14,6 +14,15 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.navigation.mover_tracks import MoverTracks, TrackedMovers, TrackLaw
 from andabata.navigation.planar.hit_layer import LaserPose
+from andabata.navigation.planar.scan_memory import (
+    COLUMNS,
+    PROBES,
+    RADIUS,
+    PassLaw,
+    ScanMemory,
+    X,
+    Y,
+)
 from terrain.kernel import kernel
 
 
@@ -22,7 +31,10 @@ class CircleTracksConfig(BaseModel):
 
     Attributes:
         max_range: Largest range of a hit that counts [m].
-        cluster_gap: Distance of neighbouring hits from which on they belong to two things [m].
+        cluster_gap: Distance of neighbouring hits from which on they belong to two things [m], for
+            beams that are close together.
+        cluster_spacings: Number of times that the distance of neighbouring beams at the range of a
+            hit is added to it.
         min_hits: Fewest hits of a circle.
         radius_range: Smallest and largest radius [m].
         max_residual: Largest root mean square distance of the hits from their circle [m].
@@ -33,12 +45,19 @@ class CircleTracksConfig(BaseModel):
         confirmation_scans: Number of scans after which a track counts.
         coasting_scans: Number of scans that it goes on without being seen.
         min_speed: Speed from which on it moves [m/s].
+        memory: Number of scans that are remembered.
+        min_passes: Fewest of them that show that a track moves, by beams that pass hits; 0 believes
+            each track that is fast enough. It is believed until all that showed it are forgotten.
+        probe_depth: Distance behind a hit, towards the middle of its circle, of the place that
+            beams pass [m]: from aside what is hit lies at the edge of what stands.
+        pass_margin: Distance behind that place that they have to reach [m].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     max_range: float = Field(default=6.0, gt=0)
-    cluster_gap: float = Field(default=0.15, gt=0)
+    cluster_gap: float = Field(default=0.06, gt=0)
+    cluster_spacings: float = Field(default=1.0, ge=0)
     min_hits: int = Field(default=5, ge=3)
     radius_range: tuple[float, float] = (0.1, 0.8)
     max_residual: float = Field(default=0.03, gt=0)
@@ -48,6 +67,10 @@ class CircleTracksConfig(BaseModel):
     confirmation_scans: int = Field(default=4, ge=2)
     coasting_scans: int = Field(default=5, ge=0)
     min_speed: float = Field(default=0.1, ge=0)
+    memory: int = Field(default=20, ge=2)
+    min_passes: int = Field(default=2, ge=0)
+    probe_depth: float = Field(default=0.05, ge=0)
+    pass_margin: float = Field(default=0.1, gt=0)
 
 
 class _Fit(NamedTuple):
@@ -55,10 +78,12 @@ class _Fit(NamedTuple):
 
     max_range: float
     cluster_gap: float
+    cluster_angle: float
     min_hits: int
     smallest: float
     largest: float
     max_residual: float
+    probe_depth: float
 
 
 class CircleTracks:
@@ -85,18 +110,25 @@ class CircleTracks:
         self._fit = _Fit(
             max_range,
             config.cluster_gap,
+            config.cluster_spacings * math.radians(lidar.resolution_deg),
             config.min_hits,
             *config.radius_range,
             config.max_residual,
+            config.probe_depth,
         )
         law = TrackLaw(
             config.gate, config.radius_gate, config.velocity_gain, config.coasting_scans, period
         )
         self._tracks = MoverTracks(law, config.confirmation_scans, config.min_speed)
+        passes = PassLaw(config.pass_margin, config.gate, max_range)
+        self._memory = ScanMemory(self._bearings, config.memory, period, passes)
+        self._trusts: dict[float, int] = {}
 
     def reset(self) -> None:
         """Forget all tracks."""
         self._tracks.reset()
+        self._memory.reset()
+        self._trusts = {}
 
     def update(self, pose: LaserPose, ranges: NDArray[np.float64]) -> TrackedMovers:
         """Take a scan, and return what moves.
@@ -106,9 +138,21 @@ class CircleTracks:
             ranges: Range of each beam [m], shape (b,); what met nothing is the largest range or
                 more, or no number.
         """
-        eye = self._mount.on(pose)
-        circles = circles_of(np.asarray(ranges, dtype=np.float64), self._bearings, eye, self._fit)
-        return self._tracks.update(circles)
+        eye, ranges = self._mount.on(pose), np.asarray(ranges, dtype=np.float64)
+        circles = circles_of(ranges, self._bearings, eye, self._fit)
+        tracks = self._tracks.update(circles[:, :PROBES])
+        self._memory.take(eye, ranges, circles)
+        return tracks.select(self._are_shown(tracks))
+
+    def _are_shown(self, tracks: TrackedMovers) -> NDArray[np.bool_]:
+        """Return True for each track that scans of late show to move, shape (k,)."""
+        passes = self._memory.count_passes(tracks.places, tracks.velocities)
+        before = {number: trust - 1 for number, trust in self._trusts.items() if trust > 1}
+        for number, count in zip(tracks.numbers.tolist(), passes.tolist(), strict=True):
+            if count >= self.config.min_passes:
+                before[number] = self.config.memory
+        self._trusts = before
+        return np.array([number in before for number in tracks.numbers.tolist()], dtype=np.bool_)
 
 
 _NEARLY = 1 - 1e-4
@@ -119,7 +163,7 @@ _NEARLY = 1 - 1e-4
 def circles_of(
     ranges: NDArray[np.float64], bearings: NDArray[np.float64], eye: LaserPose, fit: _Fit
 ) -> NDArray[np.float64]:
-    """Return the circles in a scan: x, y, radius [m], shape (k, 3).
+    """Return the circles in a scan with their probes, see ``scan_memory``, shape (k, 9).
 
     Args:
         ranges: Range of each beam [m], shape (b,).
@@ -137,7 +181,7 @@ def circles_of(
     first = 0
     while first < count and not _is_cut(first, points, ranges, fit):
         first += 1
-    circles = np.empty((count, 3))
+    circles = np.empty((count, COLUMNS))
     size, begin = 0, first
     for i in range(first + 1, first + count + 1):
         if i < first + count and not _is_cut(i % count, points, ranges, fit):
@@ -145,7 +189,14 @@ def circles_of(
         if i - begin >= fit.min_hits and 0.0 < ranges[begin % count] < fit.max_range:
             x, y, radius = _circle(begin, i, points, eye, fit)
             if radius > 0.0:
-                circles[size] = x, y, radius
+                circles[size, X], circles[size, Y], circles[size, RADIUS] = x, y, radius
+                # Those at the ends are left out: what a beam grazes there another misses.
+                inwards = min(fit.probe_depth / radius, 1.0)
+                for quarter in (1, 2, 3):
+                    hit = points[(begin + quarter * (i - begin) // 4) % count]
+                    probe = PROBES + 2 * (quarter - 1)
+                    circles[size, probe] = hit[0] + inwards * (x - hit[0])
+                    circles[size, probe + 1] = hit[1] + inwards * (y - hit[1])
                 size += 1
         begin = i
     return circles[:size].copy()
@@ -157,7 +208,8 @@ def _is_cut(i: int, points: NDArray[np.float64], ranges: NDArray[np.float64], fi
     if not (0.0 < ranges[i] < fit.max_range and 0.0 < ranges[i - 1] < fit.max_range):
         return True
     dx, dy = points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
-    return bool(dx * dx + dy * dy > fit.cluster_gap * fit.cluster_gap)
+    gap = fit.cluster_gap + fit.cluster_angle * min(ranges[i], ranges[i - 1])
+    return bool(dx * dx + dy * dy > gap * gap)
 
 
 @kernel

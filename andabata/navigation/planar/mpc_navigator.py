@@ -40,12 +40,14 @@ class MpcMoversConfig(BaseModel):
 
     Attributes:
         tracks: Settings of the tracks in its scans.
+        clear_margin: Distance from the edge of a mover within which hits are its own [m].
         forecast: Where movers are expected, and what it costs to be near them [s/s].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     tracks: CircleTracksConfig = CircleTracksConfig(max_range=10.0, min_speed=0.3)
+    clear_margin: float = Field(default=0.1, ge=0)
     forecast: MoverForecastConfig = MoverForecastConfig()
 
 
@@ -246,11 +248,13 @@ class MpcNavigator:
         find_nearest(self.hits, self._nearest)
 
     def _follow(self, robot: LaserPose, ranges: NDArray[np.float32]) -> None:
-        """Follow what moves. Its hits stay what stands: of false tracks in posts they are real."""
+        """Follow what moves, and take its hits for nothing that stands."""
         config = self.config.movers
         if config is None or self._tracks is None:
             return
         tracks = self._tracks.update(robot, np.asarray(ranges, dtype=np.float64))
+        for place, radius in zip(tracks.places, tracks.radii.tolist(), strict=True):
+            self.hits.clear(place, radius + config.clear_margin)
         here = np.array([robot.x, robot.y])
         self._forecast = forecast_of(tracks, config.forecast, here, self._max_speed)
 

@@ -7,6 +7,8 @@ from andabata.navigation.planar.circle_tracks import CircleTracks, CircleTracksC
 from andabata.navigation.planar.hit_layer import LaserPose
 from tests.support.mover_scans import LASER, PERIOD, RADIUS, Scanner, straight
 
+FINE = LASER.model_copy(update={"resolution_deg": 0.25})
+
 
 def follow(places, poses=None, config=None, lidar=LASER, noise=0.0):
     """Return what moves after scans of a circle at some places, None for away."""
@@ -46,13 +48,56 @@ def test_a_mover_counts_after_some_scans_and_coasts_for_a_few():
     """Hidden behind something it goes on as before; long unseen it is forgotten."""
     seen, config = (
         straight(6, (2.0, 0.0), (0.0, 0.5)),
-        CircleTracksConfig(confirmation_scans=4, coasting_scans=3),
+        CircleTracksConfig(confirmation_scans=4, coasting_scans=3, min_passes=0),
     )
     assert not len(follow(seen[:3], config=config).radii)
     assert len(follow(seen[:4], config=config).radii) == 1
     hidden = follow([*seen, None, None, None], config=config)
     np.testing.assert_allclose(hidden.places, [(2.0, 0.5 * PERIOD * 8)], atol=1e-3)
     assert not len(follow([*seen, None, None, None, None], config=config).radii)
+
+
+@pytest.mark.parametrize("velocity", [(0.0, 0.5), (-0.5, 0.0), (0.5, 0.0), (0.0, -0.25)])
+def test_a_mover_is_shown_by_the_beams_that_pass_it(velocity):
+    """Across, towards and away: shown within 1 s, and not while it has moved less than 5 cm."""
+    places = straight(11, (2.0, 0.0), velocity)
+    first = next(k for k in range(1, 12) if len(follow(places[:k]).radii))
+    assert 0.05 < (first - 1) * PERIOD * np.hypot(*velocity) < 0.35
+
+
+def test_a_post_that_seems_to_move_is_no_mover():
+    """Poses that slip by 0.3 m/s move the post in the map, but by no more than its hits lie deep.
+
+    Without the memory of scans it would be followed as a mover.
+    """
+    wobble = [0.015 * (-1) ** (k // 3) for k in range(20)]
+    poses = [(0.05 * k + slip, 0.0, 0.0) for k, slip in enumerate(wobble)]
+    true = [(0.05 * k, 0.0, 0.0) for k in range(20)]
+
+    def tracks(config):
+        """Return how many tracks count in one of the scans."""
+        following, scan = CircleTracks(LASER, PERIOD, config), Scanner()
+        return sum(
+            len(following.update(LaserPose(*believed), scan((2.0, 0.8), pose)).radii)
+            for believed, pose in zip(poses, true, strict=True)
+        )
+
+    assert tracks(CircleTracksConfig(min_passes=0)) > 0
+    assert tracks(CircleTracksConfig()) == 0
+
+
+def test_two_things_close_together_are_two():
+    """A mover 12 cm before a wall keeps its circle."""
+    near_wall = straight(10, (4.55, -1.0), (0.0, 0.5))
+    assert len(follow(near_wall, lidar=FINE).radii) == 1
+
+
+def test_a_mover_that_was_shown_is_believed_for_a_while():
+    """Once it stands its speed falls, and it is none; on the way it need not be shown again."""
+    config = CircleTracksConfig(memory=6)
+    moving = straight(8, (2.0, 0.0), (0.0, 0.5))
+    assert len(follow([*moving, None, None], config=config).radii) == 1
+    assert not len(follow([*moving, *[moving[-1]] * 8], config=config).radii)
 
 
 def test_a_mover_that_turns_back_is_followed():

@@ -95,7 +95,7 @@ class ScanMemory:
         slots = np.arange(min(self._taken, self._scans))
         return _passes(
             np.hstack((places, velocities)),
-            (self._taken - 1 - slots) % self._scans * self._period,
+            np.asarray((self._taken - 1 - slots) % self._scans * self._period, dtype=np.float64),
             self._eyes,
             self._ranges,
             self._circles,

@@ -35,6 +35,8 @@ class CircleTracksConfig(BaseModel):
             beams that are close together.
         cluster_spacings: Number of times that the distance of neighbouring beams at the range of a
             hit is added to it.
+        corner_depth: Least distance of a hit behind the line between the outermost ones of a piece
+            [m] at which one that no circle fits is cut in two.
         min_hits: Fewest hits of a circle.
         radius_range: Smallest and largest radius [m].
         max_residual: Largest root mean square distance of the hits from their circle [m].
@@ -45,9 +47,10 @@ class CircleTracksConfig(BaseModel):
         confirmation_scans: Number of scans after which a track counts.
         coasting_scans: Number of scans that it goes on without being seen.
         min_speed: Speed from which on it moves [m/s].
-        memory: Number of scans that are remembered.
-        min_passes: Fewest of them that show that a track moves, by beams that pass hits; 0 believes
-            each track that is fast enough. It is believed until all that showed it are forgotten.
+        memory: Time for which scans are remembered [s].
+        passes: Duration of those of them that have to show that a track moves, by beams that pass
+            its hits [s]; 0 believes each track that is fast enough. It is believed until all that
+            showed it are forgotten.
         probe_depth: Distance behind a hit, towards the middle of its circle, of the place that
             beams pass [m]: from aside what is hit lies at the edge of what stands.
         pass_margin: Distance behind that place that they have to reach [m].
@@ -58,6 +61,7 @@ class CircleTracksConfig(BaseModel):
     max_range: float = Field(default=6.0, gt=0)
     cluster_gap: float = Field(default=0.06, gt=0)
     cluster_spacings: float = Field(default=1.0, ge=0)
+    corner_depth: float = Field(default=0.03, gt=0)
     min_hits: int = Field(default=5, ge=3)
     radius_range: tuple[float, float] = (0.1, 0.8)
     max_residual: float = Field(default=0.03, gt=0)
@@ -67,8 +71,8 @@ class CircleTracksConfig(BaseModel):
     confirmation_scans: int = Field(default=4, ge=2)
     coasting_scans: int = Field(default=5, ge=0)
     min_speed: float = Field(default=0.1, ge=0)
-    memory: int = Field(default=20, ge=2)
-    min_passes: int = Field(default=2, ge=0)
+    memory: float = Field(default=1.5, gt=0)
+    passes: float = Field(default=0.3, ge=0)
     probe_depth: float = Field(default=0.05, ge=0)
     pass_margin: float = Field(default=0.1, gt=0)
 
@@ -84,6 +88,7 @@ class _Fit(NamedTuple):
     largest: float
     max_residual: float
     probe_depth: float
+    corner_depth: float
 
 
 class CircleTracks:
@@ -115,13 +120,16 @@ class CircleTracks:
             *config.radius_range,
             config.max_residual,
             config.probe_depth,
+            config.corner_depth,
         )
         law = TrackLaw(
             config.gate, config.radius_gate, config.velocity_gain, config.coasting_scans, period
         )
         self._tracks = MoverTracks(law, config.confirmation_scans, config.min_speed)
         passes = PassLaw(config.pass_margin, config.gate, max_range)
-        self._memory = ScanMemory(self._bearings, config.memory, period, passes)
+        self._remembered = max(2, round(config.memory / period))
+        self._least = math.ceil(config.passes / period - _ROUNDING)
+        self._memory = ScanMemory(self._bearings, self._remembered, period, passes)
         self._trusts: dict[float, int] = {}
 
     def reset(self) -> None:
@@ -149,11 +157,14 @@ class CircleTracks:
         passes = self._memory.count_passes(tracks.places, tracks.velocities)
         before = {number: trust - 1 for number, trust in self._trusts.items() if trust > 1}
         for number, count in zip(tracks.numbers.tolist(), passes.tolist(), strict=True):
-            if count >= self.config.min_passes:
-                before[number] = self.config.memory
+            if count >= self._least:
+                before[number] = self._remembered
         self._trusts = before
         return np.array([number in before for number in tracks.numbers.tolist()], dtype=np.bool_)
 
+
+_ROUNDING = 1e-6
+"""Share of a period that counts as none."""
 
 _NEARLY = 1 - 1e-4
 """Share of the largest range from which on a beam has met nothing, in single precision."""
@@ -181,25 +192,85 @@ def circles_of(
     first = 0
     while first < count and not _is_cut(first, points, ranges, fit):
         first += 1
-    circles = np.empty((count, COLUMNS))
+    circles, pieces = np.empty((count, COLUMNS)), np.empty((count, 2), dtype=np.int64)
     size, begin = 0, first
     for i in range(first + 1, first + count + 1):
         if i < first + count and not _is_cut(i % count, points, ranges, fit):
             continue
-        if i - begin >= fit.min_hits and 0.0 < ranges[begin % count] < fit.max_range:
-            x, y, radius = _circle(begin, i, points, eye, fit)
+        pieces[0, 0], pieces[0, 1], left = begin, i, 1
+        begin = i
+        if not 0.0 < ranges[pieces[0, 0] % count] < fit.max_range:
+            continue
+        while left > 0:
+            left -= 1
+            start, end = pieces[left]
+            if end - start < fit.min_hits:
+                continue
+            x, y, radius = _circle(start, end, points, eye, fit)
             if radius > 0.0:
                 circles[size, X], circles[size, Y], circles[size, RADIUS] = x, y, radius
-                # Those at the ends are left out: what a beam grazes there another misses.
-                inwards = min(fit.probe_depth / radius, 1.0)
-                for quarter in (1, 2, 3):
-                    hit = points[(begin + quarter * (i - begin) // 4) % count]
-                    probe = PROBES + 2 * (quarter - 1)
-                    circles[size, probe] = hit[0] + inwards * (x - hit[0])
-                    circles[size, probe + 1] = hit[1] + inwards * (y - hit[1])
+                _add_probes(circles[size], start, end, points, fit.probe_depth)
                 size += 1
-        begin = i
+                continue
+            corner = _corner(start, end, points, eye, fit.corner_depth)
+            if corner > start:
+                pieces[left, 0], pieces[left, 1] = start, corner
+                pieces[left + 1, 0], pieces[left + 1, 1] = corner, end
+                left += 2
     return circles[:size].copy()
+
+
+@kernel
+def _add_probes(
+    circle: NDArray[np.float64], begin: int, end: int, points: NDArray[np.float64], depth: float
+) -> None:
+    """Fill in the probes of a circle, a distance inwards from three of its hits.
+
+    Those at the ends are left out: what a beam grazes there another one misses.
+
+    Args:
+        circle: Circle, changed in place, shape (``COLUMNS``,).
+        begin: First beam.
+        end: Beam after the last one.
+        points: Places of the hits [m], shape (b, 2).
+        depth: Distance [m].
+    """
+    inwards = min(depth / circle[RADIUS], 1.0)
+    for quarter in (1, 2, 3):
+        hit = points[(begin + quarter * (end - begin) // 4) % len(points)]
+        probe = PROBES + 2 * (quarter - 1)
+        circle[probe] = hit[0] + inwards * (circle[X] - hit[0])
+        circle[probe + 1] = hit[1] + inwards * (circle[Y] - hit[1])
+
+
+@kernel
+def _corner(begin: int, end: int, points: NDArray[np.float64], eye: LaserPose, depth: float) -> int:
+    """Return the hit that lies farthest behind the line between the outermost ones, -1 for none.
+
+    Two round things that touch, or of which one hides a part of the other, meet there.
+
+    Args:
+        begin: First beam.
+        end: Beam after the last one.
+        points: Places of the hits [m], shape (b, 2).
+        eye: Pose of the laser.
+        depth: Least distance from the line [m].
+    """
+    count, which = len(points), -1
+    x, y = points[begin % count]
+    dx, dy = points[(end - 1) % count, 0] - x, points[(end - 1) % count, 1] - y
+    length = np.hypot(dx, dy)
+    if length == 0.0:
+        return -1
+    # The normal points away from the laser.
+    nx, ny = -dy / length, dx / length
+    if nx * (x - eye.x) + ny * (y - eye.y) < 0.0:
+        nx, ny = -nx, -ny
+    for i in range(begin + 1, end - 1):
+        behind = nx * (points[i % count, 0] - x) + ny * (points[i % count, 1] - y)
+        if behind > depth:
+            depth, which = behind, i
+    return which
 
 
 @kernel

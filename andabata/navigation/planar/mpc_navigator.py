@@ -46,7 +46,7 @@ class MpcMoversConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    tracks: CircleTracksConfig = CircleTracksConfig(max_range=10.0, min_speed=0.3)
+    tracks: CircleTracksConfig = CircleTracksConfig(max_range=10.0)
     clear_margin: float = Field(default=0.1, ge=0)
     forecast: MoverForecastConfig = MoverForecastConfig()
 

@@ -29,6 +29,7 @@ from andabata.runs.folder import commit
 from andabata.runs.journal import Entry
 from andabata.tasks.rooms.planar_drive import (
     BARN_LIDAR,
+    DriveResult,
     DriveRules,
     SimulatedPlanarRobot,
     drive_to_goal,
@@ -225,20 +226,7 @@ def drive_barn_run(
         trial: Number of the run in its world.
         on_readings: Function that sees the readings and the command of each period.
     """
-    # By the name of the world: another choice of worlds changes the noise of none.
-    key = [config.seed, zlib.crc32(name.encode()), trial]
-    (task,) = world.room.tasks
-    robot = SimulatedPlanarRobot(
-        world.room, task, config.vehicle, config.lidar, np.random.default_rng([*key, 0])
-    )
-    # The outline is in the robot's papers; its dynamics need not be.
-    believed = (config.believed or config.vehicle).model_copy(
-        update={"footprint": config.vehicle.footprint, "period": config.vehicle.period}
-    )
-    # Apart from the robot's noise: navigators that draw differently meet the same noise.
-    draws = np.random.default_rng([*key, 1])
-    navigator = barn_navigator(controller, believed, config.lidar, draws, config.policy)
-    result = drive_to_goal(navigator, robot, task, config.rules, on_readings)
+    result = drive_in_field(config, world, name, controller, trial, on_readings)
     measures = BarnMeasures(world.optimal_time, result.goal_distance, result.speed)
     return Attempt(
         contender=controller,
@@ -252,6 +240,31 @@ def drive_barn_run(
         detail=measures,
         path=result.path,
     )
+
+
+def drive_in_field(
+    config: BarnEvaluationConfig,
+    world: BarnWorld,
+    name: str,
+    controller: str,
+    trial: int,
+    on_readings: Callable[[PlanarReadings, Twist], None] | None = None,
+) -> DriveResult:
+    """Return the drive of a run; the arguments are those of ``drive_barn_run``."""
+    # By the name of the world: another choice of worlds changes the noise of none.
+    key = [config.seed, zlib.crc32(name.encode()), trial]
+    (task,) = world.room.tasks
+    robot = SimulatedPlanarRobot(
+        world.room, task, config.vehicle, config.lidar, np.random.default_rng([*key, 0])
+    )
+    # The outline is in the robot's papers; its dynamics need not be.
+    believed = (config.believed or config.vehicle).model_copy(
+        update={"footprint": config.vehicle.footprint, "period": config.vehicle.period}
+    )
+    # Apart from the robot's noise: navigators that draw differently meet the same noise.
+    draws = np.random.default_rng([*key, 1])
+    navigator = barn_navigator(controller, believed, config.lidar, draws, config.policy)
+    return drive_to_goal(navigator, robot, task, config.rules, on_readings)
 
 
 def _digest(file: BarnFile) -> str:

@@ -5,13 +5,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from andabata.evaluation.barn import BarnEvaluationConfig, drive_barn_run, load_world
+from andabata.evaluation.barn import BarnEvaluationConfig, drive_in_field, load_world, world_names
 from andabata.evaluation.barn_table import run_of
-from andabata.report.blocks import Block, Fact, Folded, Plot, Table, Text
+from andabata.evaluation.room_drives import room_attempt
+from andabata.report.blocks import Block, Fact, Folded, Picture, Plot, Table, Text
 from andabata.report.columns import interval, with_reached, word
 from andabata.report.folder import read_about, read_result, read_rows, settings_of
 from andabata.report.page import Page, Section
 from andabata.report.plots.evaluation import barn_figure, fields_figure, scores_figure
+from andabata.report.plots.film import film
+from andabata.report.plots.room_clip import room_film
 from andabata.report.run_folders import EVALUATION
 
 Row = dict[str, Any]
@@ -36,6 +39,12 @@ _FAILED = ("controller", "world", "trial", "failure", "time_s", "left_m", "speed
 
 _SHOWN_FAILURES = 6
 """Largest number of failed runs that are driven anew for their pictures."""
+
+_FILMED = 3
+"""Largest number of navigators in a film."""
+
+_RATE = 12.0
+"""Number of pictures a second in a film [Hz]."""
 
 _SCORE_TEXT = (
     "Success x optimal time / time, at most 0.5 by the official rule, and without a limit beside "
@@ -68,6 +77,7 @@ def report_barn(folder: Path) -> tuple[Page, Row]:
             _scores(rows, folder),
             Section("Ends", "How the runs ended.", Table(rows, (*_ENDS, *_hits(rows)))),
             _differences(differences) if differences else None,
+            _film(folder, rows),
             _failures(folder, data["failures"]),
         ],
     )
@@ -105,6 +115,28 @@ def _differences(rows: Sequence[Row]) -> Section:
     return Section("Differences", text, Table(rows, _DIFFERENCES))
 
 
+def _film(folder: Path, rows: Sequence[Row]) -> Section | None:
+    """Return the first run of a field with movers, driven anew by each of the best navigators."""
+    config = settings_of(BarnEvaluationConfig, read_about(folder)["config"], folder)
+    best = sorted(rows, key=lambda row: -row["score"])[:_FILMED]
+    try:
+        (name, *_) = world_names(config)
+        world = load_world(config, name)
+        if not world.room.movers:
+            return None
+        names = [row["controller"] for row in best]
+        driven = {each: drive_in_field(config, world, name, each, 0) for each in names}
+    except (OSError, ValueError) as error:
+        return Section("Drives", f"They cannot be driven anew for a picture: {error}")
+    (task,) = world.room.tasks
+    drives = {each: [room_attempt(task, r.outcome, r.path)] for each, r in driven.items()}
+    movers = {each: result.movers for each, result in driven.items()}
+    radius = max(abs(y) for _, y in config.vehicle.footprint)
+    pictures = film(room_film(drives, world.room, radius, movers), _RATE, ".gif")
+    text = f"The first run in {name}, driven anew with the same noise; they begin together"
+    return Section("Drives", "", Picture(pictures, text, "gif", "drives"))
+
+
 def _failures(folder: Path, failures: Sequence[Row]) -> Section:
     """Return failed runs: their kinds, some of their paths, and each of them."""
     if not failures:
@@ -135,7 +167,7 @@ def _driven(config: BarnEvaluationConfig, row: Row) -> tuple[str, tuple[Any, Any
     """Return title, and room, path and end of a run that is driven anew."""
     name, controller = row["world"], row["controller"]
     world = load_world(config, name)
-    result = drive_barn_run(config, world, name, controller, row["trial"])
+    result = drive_in_field(config, world, name, controller, row["trial"])
     end = str(result.outcome)
     # A time-out that never left its start has a name of its own in the table.
     changed = end not in (row["failure"], "timeout")

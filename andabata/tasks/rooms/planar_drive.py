@@ -58,6 +58,7 @@ class DriveResult(NamedTuple):
         speed: Speed at the end [m/s].
         path: True pose after each control period, the start first: x, y [m], yaw [rad], shape
             (t, 3).
+        movers: What moves at the same times: x, y and radius of each mover [m], shape (t, m, 3).
     """
 
     outcome: Outcome
@@ -66,6 +67,7 @@ class DriveResult(NamedTuple):
     goal_distance: float
     speed: float
     path: NDArray[np.float64]
+    movers: NDArray[np.float64]
 
 
 class SimulatedPlanarRobot:
@@ -176,7 +178,7 @@ def drive_to_goal(
     """
     navigator.reset(robot.lidar, goal_in_odometry(task))
     vehicle, period = robot.vehicle, robot.vehicle.config.period
-    path, begun, waited = [vehicle.pose], None, 0
+    path, movers, begun, waited = [vehicle.pose], [_movers_of(robot)], None, 0
     most = round(rules.time_limit / period)
     outcome = Outcome.COLLISION if vehicle.has_contact else None
     goal_distance = math.dist(path[0][:2], task.goal)
@@ -187,6 +189,7 @@ def drive_to_goal(
             on_readings(readings, command)
         robot.step(command)
         path.append(vehicle.pose)
+        movers.append(_movers_of(robot))
         goal_distance = math.dist(path[-1][:2], task.goal)
         # The period in which the robot leaves its start is the first one of the clock.
         if begun is None and math.dist(path[-1][:2], path[0][:2]) > rules.clock_distance:
@@ -199,5 +202,17 @@ def drive_to_goal(
         elif waited - (begun or 0) >= most:
             outcome = Outcome.TIMEOUT
     time = 0.0 if begun is None else (waited - begun) * period
-    speed = vehicle.velocity.linear
-    return DriveResult(outcome, vehicle.contact, time, goal_distance, speed, np.array(path))
+    return DriveResult(
+        outcome,
+        vehicle.contact,
+        time,
+        goal_distance,
+        vehicle.velocity.linear,
+        np.array(path),
+        np.array(movers),
+    )
+
+
+def _movers_of(robot: SimulatedPlanarRobot) -> NDArray[np.float64]:
+    """Return x, y and radius of what moves around a robot [m], shape (m, 3)."""
+    return np.column_stack((robot.movers.places[0], robot.movers.radii[0]))

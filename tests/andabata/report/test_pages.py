@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from andabata.app.cli import main
 from andabata.report.drive import _failure
@@ -261,6 +262,20 @@ def test_a_field_of_cylinders_shows_where_runs_ended(pages):
     assert "One run of each kind, driven anew" in text
     assert "straight, barn-200000" in text
     assert "by this code" not in text
+    assert 'src="data:image/gif' not in text
+
+
+def test_a_field_that_moves_has_a_film_of_the_best_navigators(tmp_path):
+    """A panel for each, drawn from drives that are driven anew."""
+    folder, figures = tmp_path / "moving", tmp_path / "figures"
+    words = ["evaluate", "--task", "barn", "--fields", "moving-easy", "--quiet", "--workers", "1"]
+    words += ["--controllers", "gap,straight", "--trials", "1", "--set", "count=1"]
+    assert main([*words, "--set", "first_seed=7300", "--out", str(folder)]) == 0
+    assert main(["report", str(folder), "--quiet", "--figures", str(figures)]) == 0
+    assert "The first run in barn-moving-easy-7300" in (folder / "report.html").read_text()
+    with Image.open(figures / "drives.gif") as film:
+        assert film.n_frames > 10
+        assert film.width > 1.5 * film.height
 
 
 def test_figures_are_written_beside_a_page(folders, tmp_path, capsys):

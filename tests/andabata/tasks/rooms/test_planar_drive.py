@@ -206,6 +206,18 @@ def test_who_drove_into_whom_is_told(speed, rows, contact):
     assert (result.outcome, result.contact) == (Outcome.COLLISION, contact)
 
 
+def test_a_drive_keeps_where_movers_were():
+    """At the times of its path: along the course, with the radius; without any there are none."""
+    made = room(movers=(course((0, 5.0, 5.0), (9, 5.0, 14.0)),))
+    result = drive_to_goal(Steady(1.0), robot(made), UP, DriveRules(time_limit=1.0))
+    times = 0.05 * np.arange(len(result.path))
+    np.testing.assert_allclose(result.movers[:, 0, 0], 5.0)
+    np.testing.assert_allclose(result.movers[:, 0, 1], 5.0 + times, atol=1e-9)
+    np.testing.assert_allclose(result.movers[:, 0, 2], 0.5)
+    alone = drive_to_goal(Steady(1.0), robot(), UP, DriveRules(time_limit=1.0))
+    assert alone.movers.shape == (len(alone.path), 0, 3)
+
+
 def test_contact_with_a_mover_is_exact():
     """The front at 0.254 m meets a circle of 0.5 m that stands on its course, within a step."""
     made = room(movers=(course((0, 1.0, 5.0), (99, 1.0, 5.0001)),))

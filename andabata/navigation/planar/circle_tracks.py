@@ -35,8 +35,8 @@ class CircleTracksConfig(BaseModel):
             beams that are close together.
         cluster_spacings: Number of times that the distance of neighbouring beams at the range of a
             hit is added to it.
-        corner_depth: Least distance of a hit behind the line between the outermost ones of a piece
-            [m] at which one that no circle fits is cut in two.
+        corner_depth: Least distance of a hit behind nearer ones on both sides [m] at which a piece
+            that no circle fits is cut in two.
         min_hits: Fewest hits of a circle.
         radius_range: Smallest and largest radius [m].
         max_residual: Largest root mean square distance of the hits from their circle [m].
@@ -212,7 +212,7 @@ def circles_of(
                 _add_probes(circles[size], start, end, points, fit.probe_depth)
                 size += 1
                 continue
-            corner = _corner(start, end, points, eye, fit.corner_depth)
+            corner = _corner(start, end, ranges, fit.corner_depth)
             if corner > start:
                 pieces[left, 0], pieces[left, 1] = start, corner
                 pieces[left + 1, 0], pieces[left + 1, 1] = corner, end
@@ -244,32 +244,30 @@ def _add_probes(
 
 
 @kernel
-def _corner(begin: int, end: int, points: NDArray[np.float64], eye: LaserPose, depth: float) -> int:
-    """Return the hit that lies farthest behind the line between the outermost ones, -1 for none.
+def _corner(begin: int, end: int, ranges: NDArray[np.float64], depth: float) -> int:
+    """Return the hit that lies farthest behind nearer ones on both sides, -1 for none.
 
     Two round things that touch, or of which one hides a part of the other, meet there.
 
     Args:
         begin: First beam.
         end: Beam after the last one.
-        points: Places of the hits [m], shape (b, 2).
-        eye: Pose of the laser.
-        depth: Least distance from the line [m].
+        ranges: Range of each beam [m], shape (b,).
+        depth: Least distance behind the nearest hits on both sides [m].
     """
-    count, which = len(points), -1
-    x, y = points[begin % count]
-    dx, dy = points[(end - 1) % count, 0] - x, points[(end - 1) % count, 1] - y
-    length = np.hypot(dx, dy)
-    if length == 0.0:
-        return -1
-    # The normal points away from the laser.
-    nx, ny = -dy / length, dx / length
-    if nx * (x - eye.x) + ny * (y - eye.y) < 0.0:
-        nx, ny = -nx, -ny
-    for i in range(begin + 1, end - 1):
-        behind = nx * (points[i % count, 0] - x) + ny * (points[i % count, 1] - y)
+    count, n, which = len(ranges), end - begin, -1
+    after = np.empty(n)
+    nearest = np.inf
+    for k in range(n - 1, -1, -1):
+        nearest = min(nearest, ranges[(begin + k) % count])
+        after[k] = nearest
+    nearest = np.inf
+    for k in range(n):
+        here = ranges[(begin + k) % count]
+        nearest = min(nearest, here)
+        behind = here - max(nearest, after[k])
         if behind > depth:
-            depth, which = behind, i
+            depth, which = behind, begin + k
     return which
 
 

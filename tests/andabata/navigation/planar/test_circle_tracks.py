@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from andabata.navigation.planar.circle_tracks import CircleTracks, CircleTracksConfig
+from andabata.navigation.planar.circle_tracks import (
+    CircleTracks,
+    CircleTracksConfig,
+    circles_of,
+)
 from andabata.navigation.planar.hit_layer import LaserPose
 from tests.support.mover_scans import LASER, PERIOD, RADIUS, Scanner, straight
 
@@ -129,3 +133,19 @@ def test_a_scan_that_returned_nothing_has_no_circles():
     """Neither have beams without a number."""
     for silent in (10.0, np.nan, np.inf):
         assert not len(CircleTracks(LASER, PERIOD).update(LaserPose(), np.full(360, silent)).radii)
+
+
+@pytest.mark.parametrize("second", [(2.0, 0.2), (1.85, 0.3), (2.15, 0.3)])
+def test_two_round_things_that_meet_are_two_circles(second):
+    """One in the other, side by side, the nearer one hiding a part of the other: cut there."""
+    discs = np.array([(2.0, -0.2, 0.3), (*second, 0.3)])
+    lidar = FINE
+    ranges = np.full(lidar.count, 9.0)
+    for x, y, radius in discs:
+        along = np.cos(lidar.bearings) * x + np.sin(lidar.bearings) * y
+        beside = radius**2 - (x * x + y * y - along**2)
+        hit = (beside > 0) & (along > 0)
+        ranges[hit] = np.minimum(ranges[hit], along[hit] - np.sqrt(beside[hit]))
+    tracks = CircleTracks(lidar, PERIOD)
+    found = circles_of(ranges, lidar.bearings, LaserPose(), tracks._fit)[:, :3]
+    np.testing.assert_allclose(found[np.argsort(found[:, 1])], discs, atol=0.02)

@@ -25,7 +25,7 @@ Driven = TypeVar("Driven")
 Arrays = dict[str, NDArray[Any]]
 """Arrays of a round by name, such as observations and labels."""
 
-_DESCRIPTION = "distillation.json"
+_DESCRIPTION = "rounds.json"
 """Name of the file that says what a folder holds."""
 
 
@@ -127,13 +127,13 @@ def _check_folder(description: Mapping[str, Any], folder: Path) -> None:
     """Write what a folder holds, or refuse one that holds something else.
 
     Raises:
-        ValueError: If it holds another distillation.
+        ValueError: If it holds rounds of other settings or of another seed.
     """
     file = make_folder(folder) / _DESCRIPTION
     text = dumps(dict(description), indent=1)
     if file.exists() and file.read_text() != text:
         raise ValueError(
-            f"{folder}: expected a distillation with these settings and this seed, got another "
-            "one; give another --out"
+            f"{folder}: expected rounds with these settings and this seed, got others; give another "
+            "--out"
         )
     atomic_io.write(file, text.encode())

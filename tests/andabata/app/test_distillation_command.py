@@ -21,7 +21,7 @@ def test_a_distillation_writes_its_policy(capsys, tmp_path):
     assert data["bytes"] == (out / "policy.safetensors").stat().st_size
     assert (policy.info["seed"], policy.info["config"]["hidden"]) == (5, [8])
     assert main([*TINY[:-1], "driving.time_limit=0.4", "--out", str(out)]) != 0
-    assert "expected a distillation with these settings" in capsys.readouterr().err
+    assert "expected rounds with these settings" in capsys.readouterr().err
 
 
 def test_an_imitation_writes_its_policy_which_drives(capsys, tmp_path):

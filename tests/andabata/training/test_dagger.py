@@ -71,7 +71,7 @@ def test_rounds_go_on_where_they_were_killed(tmp_path):
 def test_another_folder_is_refused(tmp_path):
     """Settings and seed have to be the same."""
     Rounds().run(tmp_path)
-    with pytest.raises(ValueError, match="expected a distillation with these settings"):
+    with pytest.raises(ValueError, match="expected rounds with these settings"):
         Rounds().run(tmp_path, seed=2)
 
 

@@ -99,7 +99,7 @@ def test_a_distillation_is_the_same_again_and_goes_on(tmp_path):
     for name, weights in policy.tensors().items():
         np.testing.assert_array_equal(weights, again.tensors()[name])
         np.testing.assert_array_equal(weights, resumed.tensors()[name])
-    with pytest.raises(ValueError, match="expected a distillation with these settings"):
+    with pytest.raises(ValueError, match="expected rounds with these settings"):
         distill_mpc(TINY, 4, tmp_path / "a")
 
 

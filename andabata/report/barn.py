@@ -14,7 +14,7 @@ from andabata.report.folder import read_about, read_result, read_rows, settings_
 from andabata.report.page import Page, Section
 from andabata.report.plots.evaluation import barn_figure, fields_figure, scores_figure
 from andabata.report.plots.film import film
-from andabata.report.plots.room_clip import room_film
+from andabata.report.plots.room_clip import RATE, room_film
 from andabata.report.run_folders import EVALUATION
 
 Row = dict[str, Any]
@@ -42,9 +42,6 @@ _SHOWN_FAILURES = 6
 
 _FILMED = 3
 """Largest number of navigators in a film."""
-
-_RATE = 12.0
-"""Number of pictures a second in a film [Hz]."""
 
 _SCORE_TEXT = (
     "Success x optimal time / time, at most 0.5 by the official rule, and without a limit beside "
@@ -132,7 +129,7 @@ def _film(folder: Path, rows: Sequence[Row]) -> Section | None:
     drives = {each: [room_attempt(task, r.outcome, r.path)] for each, r in driven.items()}
     movers = {each: result.movers for each, result in driven.items()}
     radius = max(abs(y) for _, y in config.vehicle.footprint)
-    pictures = film(room_film(drives, world.room, radius, movers), _RATE, ".gif")
+    pictures = film(room_film(drives, world.room, radius, movers), RATE, ".gif")
     text = f"The first run in {name}, driven anew with the same noise; they begin together"
     return Section("Drives", "", Picture(pictures, text, "gif", "drives"))
 

@@ -17,7 +17,7 @@ from andabata.report.blocks import Folded, Picture, Plot, Table, Text
 from andabata.report.columns import HITS, several, with_reached
 from andabata.report.page import Page, Section
 from andabata.report.plots.film import film
-from andabata.report.plots.room_clip import room_film
+from andabata.report.plots.room_clip import RATE, room_film
 from andabata.report.plots.room_curves import study_figure
 from andabata.report.plots.room_movers import NO_MOVERS, Movers
 from andabata.report.plots.rooms import (
@@ -43,9 +43,6 @@ Driven = TypeVar("Driven")
 
 _SHOWN_LIDARS = ("hokuyo-270", "ten-beams", "ten-beams-forward")
 """Lasers whose paths are shown, as in Fig. 7, if they were driven; else the first three."""
-
-_RATE = 12.0
-"""Number of pictures a second of a film [Hz]."""
 
 _SHOWN_POLICIES = 4
 """Largest number of policies whose support points are shown side by side, as in Fig. 6."""
@@ -268,7 +265,7 @@ def _film(folder: RoomFolder, lidar: str, room: Room) -> Picture:
     if room.movers:
         text = f"{name}, {lidar}: the first drive in {room.name}, among what moves there"
         movers = {name: _movers(folder, cell) for name, cell in cells.items()}
-    pictures = film(room_film(drives, room, radius, movers), _RATE, ".gif")
+    pictures = film(room_film(drives, room, radius, movers), RATE, ".gif")
     return Picture(pictures, text, "gif", "drives")
 
 

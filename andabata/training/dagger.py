@@ -133,7 +133,7 @@ def _check_folder(description: Mapping[str, Any], folder: Path) -> None:
     text = dumps(dict(description), indent=1)
     if file.exists() and file.read_text() != text:
         raise ValueError(
-            f"{folder}: expected rounds with these settings and this seed, got others; give another "
-            "--out"
+            f"{folder}: expected rounds with these settings and this seed, got others; "
+            "give another --out"
         )
     atomic_io.write(file, text.encode())

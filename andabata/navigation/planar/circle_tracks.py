@@ -155,12 +155,12 @@ class CircleTracks:
     def _are_shown(self, tracks: TrackedMovers) -> NDArray[np.bool_]:
         """Return True for each track that scans of late show to move, shape (k,)."""
         passes = self._memory.count_passes(tracks.places, tracks.velocities)
-        before = {number: trust - 1 for number, trust in self._trusts.items() if trust > 1}
+        trusts = {number: trust - 1 for number, trust in self._trusts.items() if trust > 1}
         for number, count in zip(tracks.numbers.tolist(), passes.tolist(), strict=True):
             if count >= self._least:
-                before[number] = self._remembered
-        self._trusts = before
-        return np.array([number in before for number in tracks.numbers.tolist()], dtype=np.bool_)
+                trusts[number] = self._remembered
+        self._trusts = trusts
+        return np.array([number in trusts for number in tracks.numbers.tolist()], dtype=np.bool_)
 
 
 _ROUNDING = 1e-6

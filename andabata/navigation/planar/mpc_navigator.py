@@ -248,7 +248,7 @@ class MpcNavigator:
         find_nearest(self.hits, self._nearest)
 
     def _follow(self, robot: LaserPose, ranges: NDArray[np.float32]) -> None:
-        """Follow what moves, and take its hits for nothing that stands."""
+        """Follow what moves, and keep none of its hits as obstacles."""
         config = self.config.movers
         if config is None or self._tracks is None:
             return

@@ -15,8 +15,8 @@ from andabata.navigation.planar.hit_layer import LaserPose
 from terrain.kernel import kernel
 
 X, Y, RADIUS, PROBES = 0, 1, 2, 3
-"""Columns of a circle: centre and radius [m], and from ``PROBES`` on x and y of its probes, which
-are three of its hits [m]."""
+"""Columns of a circle: centre and radius [m], and from ``PROBES`` on x and y of its probes, places
+a little behind three of its hits [m]."""
 
 COLUMNS = 9
 """Number of columns of a circle."""
@@ -40,7 +40,7 @@ class ScanMemory:
     """Remembers the last scans and the circles in them.
 
     Attributes:
-        law: What counts as a hit that a beam passed.
+        law: Limits of what counts as a hit that a beam passed.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class ScanMemory:
                 far apart [rad], shape (b,).
             scans: Number of scans that are remembered.
             period: Time between two scans [s].
-            law: What counts as a hit that a beam passed.
+            law: Limits of what counts as a hit that a beam passed.
         """
         self.law = law
         self._bearings, self._scans, self._period = bearings, scans, period
@@ -86,7 +86,7 @@ class ScanMemory:
     def count_passes(
         self, places: NDArray[np.float64], velocities: NDArray[np.float64]
     ) -> NDArray[np.int64]:
-        """Return in how many scans hits of each track were passed, or now are, shape (k,).
+        """Return in how many scans beams show that each track has moved, shape (k,).
 
         Args:
             places: Places after the last scan [m], shape (k, 2).
@@ -121,7 +121,7 @@ def _passes(
     bearings: NDArray[np.float64],
     law: PassLaw,
 ) -> NDArray[np.int64]:
-    """Return in how many scans hits of each track were passed, or now are, shape (k,).
+    """Return in how many scans beams show that each track has moved, shape (k,).
 
     Args:
         tracks: x, y [m] and velocity [m/s] of each, shape (k, 4).
@@ -130,7 +130,7 @@ def _passes(
         ranges: Range of each beam [m], shape (m, b).
         circles: Circles in each scan, NaN for none, shape (m, c, ``COLUMNS``).
         bearings: Bearing of each beam [rad], shape (b,).
-        law: What counts as a hit that a beam passed.
+        law: Limits of what counts as a hit that a beam passed.
     """
     counts = np.zeros(len(tracks), dtype=np.int64)
     now = int(np.argmin(ages))
@@ -188,7 +188,7 @@ def _is_passed(
         eyes: x, y [m] and yaw [rad] of the laser in each scan, shape (m, 3).
         ranges: Range of each beam [m], shape (m, b).
         bearings: Bearing of each beam [rad], shape (b,).
-        law: What counts as a hit that a beam passed.
+        law: Limits of what counts as a hit that a beam passed.
     """
     step = (bearings[-1] - bearings[0]) / (len(bearings) - 1)
     for probe in range(PROBES, COLUMNS, 2):

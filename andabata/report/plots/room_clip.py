@@ -23,6 +23,9 @@ from worlds.rooms.room import Room
 MOST_DRIVES = 6
 """Largest number of robots in a panel."""
 
+RATE = 12.0
+"""Number of pictures a second [Hz]."""
+
 _SIZE = 3.3
 """Width of a panel [inches]."""
 

@@ -58,7 +58,7 @@ class DriveResult(NamedTuple):
         speed: Speed at the end [m/s].
         path: True pose after each control period, the start first: x, y [m], yaw [rad], shape
             (t, 3).
-        movers: What moves at the same times: x, y and radius of each mover [m], shape (t, m, 3).
+        movers: Movers at the same times: x, y and radius of each [m], shape (t, m, 3).
     """
 
     outcome: Outcome

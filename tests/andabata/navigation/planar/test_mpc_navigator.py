@@ -167,7 +167,7 @@ def watched(config):
 
 
 def test_what_moves_is_followed_and_none_of_its_hits_stays():
-    """Its place and velocity are in the forecast, its hits are taken for nothing that stands."""
+    """Its place and velocity are in the forecast, none of its hits is an obstacle."""
     navigator, place = watched(WITH_MOVERS)
     (found,), (velocity,) = navigator._forecast.places, navigator._forecast.velocities
     np.testing.assert_allclose(found, place - (0.0, 0.05), atol=0.1)

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel, kernel
-from worlds.agent_surroundings import Nearby, Solids, free_for, gather, going_round
-from worlds.agents import ANIMAL, HURRY, PERSON, STRAIGHT, VEHICLE, Agents
-from worlds.rooms.mover_motion import Movers, advance_one
+from worlds.agent_surroundings import Nearby, free_for, gather, going_round
+from worlds.agents import ANIMAL, COURSE, HURRY, PERSON, STRAIGHT, VEHICLE, Agents
+from worlds.rooms.mover_motion import Movers, Solids, advance_one
 
 _RELAXATION = 0.5
 """Time in which a person takes on another velocity [s] (Helbing and Molnar 1995)."""
@@ -101,7 +101,7 @@ def decide(
     new = np.zeros((count, 2))
     for m in range(count):
         kind = agents.kinds[m]
-        if kind == STRAIGHT or state.radii[0, m] <= 0.0:
+        if kind in (STRAIGHT, COURSE) or state.radii[0, m] <= 0.0:
             continue
         if kind == VEHICLE:
             vx, vy = _along_track(m, state, agents, period)
@@ -124,7 +124,9 @@ def decide(
 
 @kernel
 def stride(state: Movers, agents: Agents, solids: Solids, nearby: Nearby, dt: float) -> None:
-    """Move all movers for a tick: agents as they want, the others straight and back.
+    """Move movers for a tick: agents as they want, the others straight and back.
+
+    Those on a course stay: see ``worlds.rooms.courses``.
 
     An agent slides along what it would overlap, or stays: none overlaps a solid or another. A
     vehicle stays on its track and waits.
@@ -141,7 +143,7 @@ def stride(state: Movers, agents: Agents, solids: Solids, nearby: Nearby, dt: fl
         if agents.kinds[m] == STRAIGHT:
             advance_one(0, m, state, boxes, circles, edges, dt)
             continue
-        if state.radii[0, m] <= 0.0:
+        if agents.kinds[m] == COURSE or state.radii[0, m] <= 0.0:
             continue
         vx, vy = agents.wanted[m, 0], agents.wanted[m, 1]
         place = state.places[0, m]

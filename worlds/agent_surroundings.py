@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from terrain.kernel import inlined_kernel, kernel
 from worlds.agents import HURRY, STRAIGHT, Agents
-from worlds.rooms.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers, Solids
 
 _LOOK_AHEAD = 1.5
 """Time for which the way ahead is looked at for solids [s]."""
@@ -20,20 +20,6 @@ _SPACING = 0.25
 
 _TURN, _TURNS = np.deg2rad(20.0), 8
 """Turn between two ways that are tried, and how many to each side."""
-
-
-class Solids(NamedTuple):
-    """Solids that movers may meet soon.
-
-    Attributes:
-        boxes: x_min, y_min, x_max, y_max [m], shape (b, 4).
-        circles: x, y, radius [m], shape (c, 3).
-        edges: x, y at the begin and at the end [m], shape (e, 4).
-    """
-
-    boxes: NDArray[np.float64]
-    circles: NDArray[np.float64]
-    edges: NDArray[np.float64]
 
 
 class Nearby(NamedTuple):

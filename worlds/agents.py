@@ -10,10 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from terrain.kernel import inlined_kernel
 from worlds.rooms.movers import Mover
 
-STRAIGHT, PERSON, ANIMAL, VEHICLE = 0, 1, 2, 3
-"""Kinds of movers; the first goes straight and turns back, as in rooms."""
+STRAIGHT, PERSON, ANIMAL, VEHICLE, COURSE = 0, 1, 2, 3, 4
+"""Kinds of movers; the first goes straight and turns back, the last follows a course, as in rooms.
+"""
 
 MOST = 500
 """Largest number of movers of a world: the cost of a control period grows with its square."""
@@ -32,6 +34,8 @@ _DRAWS = 256
 
 class Agents(NamedTuple):
     """Traits of m movers, and what they are about to do; the latter changes in a drive.
+
+    Those of many robots have one axis more, the first; see ``none``.
 
     Attributes:
         kinds: Kind of each, shape (m,).
@@ -103,9 +107,33 @@ class Agents(NamedTuple):
             agents._set(m, mover)
         return agents
 
+    @classmethod
+    def none(cls, count: int, each: int) -> "Agents":
+        """Return no agents for some robots.
+
+        Args:
+            count: Number of robots.
+            each: Number of movers of each that may come.
+        """
+        rows = cls.of([])
+        return cls(*(np.zeros((count, each, *array.shape[1:]), array.dtype) for array in rows))
+
+    def put_down(self, k: int, movers: Sequence[Mover]) -> None:
+        """Put the agents of robot ``k`` down, in place.
+
+        Args:
+            k: Index of the robot.
+            movers: Its movers, none with a track.
+        """
+        for array, rows in zip(self, Agents.of(movers), strict=True):
+            array[k] = 0
+            array[k, : len(movers)] = rows
+
     def _set(self, m: int, mover: Mover) -> None:
         """Write the behaviour of a mover into its rows, in place."""
         behaviour = mover.behaviour
+        if mover.plan.course:
+            self.kinds[m] = COURSE
         if behaviour is None:
             return
         self.kinds[m], self.yields[m] = _KINDS[behaviour.kind], behaviour.yields
@@ -115,6 +143,31 @@ class Agents(NamedTuple):
         self.corners[m] = len(behaviour.track)
         if behaviour.track:
             self.tracks[m, : len(behaviour.track)] = behaviour.track
+
+
+@inlined_kernel
+def agents_of(agents: Agents, k: int) -> Agents:
+    """Return the agents of robot ``k`` among those of many, which change with it."""
+    return Agents(
+        agents.kinds[k],
+        agents.yields[k],
+        agents.leaders[k],
+        agents.slots[k],
+        agents.speeds[k],
+        agents.draws[k],
+        agents.tracks[k],
+        agents.corners[k],
+        agents.aims[k],
+        agents.headings[k],
+        agents.paces[k],
+        agents.until[k],
+        agents.nearest[k],
+        agents.detours[k],
+        agents.drawn[k],
+        agents.legs[k],
+        agents.wanted[k],
+        agents.sides[k],
+    )
 
 
 def top_speed(kind: str, speed: float) -> float:

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from terrain.classes import SemanticClass
 from terrain.kernel import inlined_kernel, kernel
 from worlds.agent_motion import RobotMotion, decide, stride
-from worlds.agent_surroundings import Nearby, Solids, overlapping, sight
+from worlds.agent_surroundings import Nearby, overlapping, sight
 from worlds.agents import HURRY, Agents, check_movers
 from worlds.rays.ground import cell_height
-from worlds.rooms.mover_motion import Movers, Schedules, come_and_go, put_down
+from worlds.rooms.mover_motion import Movers, Schedules, Solids, come_and_go, put_down
 from worlds.walkers import solids_room
 from worlds.world import World
 

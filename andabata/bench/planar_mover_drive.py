@@ -19,13 +19,19 @@ from andabata.navigation.planar.circle_tracks import CircleTracks, CircleTracksC
 from andabata.navigation.planar.hit_layer import LaserPose
 from andabata.tasks.rooms.planar_drive import BARN_LIDAR, SimulatedPlanarRobot, goal_in_odometry
 from worlds.rooms.catalogue import make_room
+from worlds.rooms.crowds import SIZES
 from worlds.rooms.moving_fields import LEVELS, moving_field
 from worlds.rooms.room import Room, RoomTask, random_task
 
 PLANAR = "planar"
 """Name of the planar laser, BARN's."""
 
-ROOM_KINDS = ("clutter-movers", "clutter", *(f"barn-moving-{level}" for level in LEVELS))
+ROOM_KINDS = (
+    "clutter-movers",
+    "clutter",
+    *(f"barn-moving-{level}" for level in LEVELS),
+    *(f"crowd-{people}" for people in SIZES),
+)
 """Kinds of rooms that it drives in."""
 
 _DRIVER = "mpc"

@@ -35,12 +35,26 @@ from andabata.tasks.rooms.planar_drive import (
     drive_to_goal,
 )
 from worlds.rooms.barn import NARROW, PUBLISHED, BarnWorld, barn_world
+from worlds.rooms.crowds import SIZES, crowd_world
 from worlds.rooms.moving_fields import moving_field
 from worlds.sdf.barn import BarnFile, barn_files, read_barn_world
 from worlds.sdf.moving_barn import faults
 
-Fields = Literal["published", "narrow", "moving-easy", "moving-medium", "moving-hard"]
-"""Kinds of generated worlds: of cylinders that stand, or that move at three levels."""
+Fields = Literal[
+    "published",
+    "narrow",
+    "moving-easy",
+    "moving-medium",
+    "moving-hard",
+    "crowd-5",
+    "crowd-10",
+    "crowd-20",
+]
+"""Kinds of generated worlds: of cylinders that stand, or that move at three levels, or of people.
+"""
+
+_KINDS = {"published": "barn"} | {f"crowd-{people}": f"crowd-{people}" for people in SIZES}
+"""Names of generated worlds without their seeds, where they are not ``barn-`` and the kind."""
 
 GENERATED = "generated"
 """Worlds of the project's own generator, in the place of a folder."""
@@ -60,7 +74,8 @@ class BarnEvaluationConfig(BaseModel):
 
     Attributes:
         worlds: Folder of the benchmark's worlds, or ``generated``.
-        fields: Rules of generated worlds: as published, harder ones, or with cylinders that move.
+        fields: Rules of generated worlds: as published, harder ones, with cylinders that move, or
+            rooms with people.
         count: Number of generated worlds.
         first_seed: Seed of the first generated world; each has the next one.
         controllers: Names of the navigators.
@@ -99,7 +114,7 @@ def world_names(config: BarnEvaluationConfig) -> tuple[str, ...]:
         BarnFileError: If a folder is not as the benchmark has it.
     """
     if config.worlds == GENERATED:
-        kind = "barn" if config.fields == "published" else f"barn-{config.fields}"
+        kind = _KINDS.get(config.fields, f"barn-{config.fields}")
         return tuple(f"{kind}-{config.first_seed + k}" for k in range(config.count))
     return tuple(file.name for file in _files(config))
 
@@ -153,6 +168,12 @@ def _generated(fields: Fields, seed: int) -> BarnWorld:
             return moving_field(seed, "medium")
         case "moving-hard":
             return moving_field(seed, "hard")
+        case "crowd-5":
+            return crowd_world(seed, 5)
+        case "crowd-10":
+            return crowd_world(seed, 10)
+        case "crowd-20":
+            return crowd_world(seed, 20)
 
 
 @dataclass(frozen=True)

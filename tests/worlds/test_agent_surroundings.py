@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.support.walking_worlds import agent, walker
-from worlds.agent_surroundings import Solids, free_for, gather, going_round, overlapping, sight
+from worlds.agent_surroundings import free_for, gather, going_round, overlapping, sight
 from worlds.agents import Agents
-from worlds.rooms.mover_motion import Movers
+from worlds.rooms.mover_motion import Movers, Solids
 
 MADE = [agent("person", (0.0, 0.0)), walker((9.0, 9.0)), agent("person", (5.0, 0.0))]
 

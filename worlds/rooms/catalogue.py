@@ -8,7 +8,8 @@ pictures too; ``gdae`` is in the spirit of the world that GDAE trains in.
 
 Random rooms of seed K are for training and to develop in: ``random-K`` has thin walls,
 ``clutter-K`` pieces of all kinds that cover 8 to 27 %, ``clutter-movers-K`` the same with one to
-four movers, ``barn-K`` and ``barn-narrow-K`` cylinders after the rules of BARN.
+four movers, ``barn-K`` and ``barn-narrow-K`` cylinders after the rules of BARN, ``crowd-5-K``,
+``crowd-10-K`` and ``crowd-20-K`` as many people.
 
 A name that ends in ``.toml`` is that of a file.
 """
@@ -22,6 +23,7 @@ from typing import Any
 
 from worlds.rooms.barn import NARROW, barn_room
 from worlds.rooms.clutter import random_cluttered_room
+from worlds.rooms.crowds import SIZES, crowd_room
 from worlds.rooms.files import is_room_file, load_room
 from worlds.rooms.random_rooms import random_walled_room
 from worlds.rooms.room import Room, RoomPlan
@@ -35,6 +37,7 @@ _RANDOM: dict[str, Callable[[int], Room]] = {
     "clutter-movers": partial(random_cluttered_room, movers=(1, 4)),
     "barn": barn_room,
     "barn-narrow": partial(barn_room, config=NARROW),
+    **{f"crowd-{people}": partial(crowd_room, people=people) for people in SIZES},
 }
 """What makes the random room of a seed, by kind."""
 

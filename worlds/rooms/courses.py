@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from terrain.kernel import kernel
-from worlds.rooms.mover_motion import Movers, advance_one
+from worlds.agent_motion import stride
+from worlds.agent_surroundings import Nearby
+from worlds.agents import Agents
+from worlds.rooms.mover_motion import Movers, Solids, advance_one
 from worlds.rooms.movers import Mover
-from worlds.rooms.room import Room
 
 
 class Courses(NamedTuple):
@@ -41,25 +43,6 @@ class Courses(NamedTuple):
             times[m, : len(row)], places[m, : len(row)] = row[:, 0], row[:, 1:]
         lengths = np.array([row[-1, 0] for row in rows])
         return cls(times, places, lengths, np.array([each.plan.radius for each in movers]))
-
-
-class Solids(NamedTuple):
-    """What straight movers turn back at.
-
-    Attributes:
-        boxes: x_min, y_min, x_max, y_max [m], shape (b, 4).
-        circles: x, y, radius [m], shape (c, 3).
-        edges: x, y at the begin and at the end [m], shape (e, 4).
-    """
-
-    boxes: NDArray[np.float64]
-    circles: NDArray[np.float64]
-    edges: NDArray[np.float64]
-
-    @classmethod
-    def of(cls, room: Room) -> "Solids":
-        """Return those of a room."""
-        return cls(room.boxes, room.circles, room.edges)
 
 
 @kernel
@@ -95,21 +78,28 @@ def pass_period(
     begin: float,
     dt: float,
     rows: Movers,
+    people: tuple[Agents, Nearby] | None = None,
 ) -> None:
     """Move all movers for a control period, and write where they are after each sub-step.
 
     Args:
-        state: Movers, those that go straight first, changed in place.
-        straight: Number of movers that go straight.
+        state: Movers, those on courses last, changed in place.
+        straight: Number of movers without a course.
         courses: Courses of the others.
-        solids: Obstacles that straight movers turn back at.
+        solids: Obstacles that those without a course do not pass.
         begin: Time of the begin of the period [s].
         dt: Length of a sub-step [s].
         rows: Movers after each sub-step, the first axis, filled.
+        people: What people among those without a course want in this period, and the solids near
+            each; None without any.
     """
     for row in range(len(rows.radii)):
-        for m in range(straight):
-            advance_one(0, m, state, solids.boxes, solids.circles, solids.edges, dt)
+        if people is not None:
+            agents, nearby = people
+            stride(state, agents, solids, nearby, dt)
+        else:
+            for m in range(straight):
+                advance_one(0, m, state, solids.boxes, solids.circles, solids.edges, dt)
         follow(courses, begin + (row + 1) * dt, state, straight)
         rows.places[row], rows.velocities[row] = state.places[0], state.velocities[0]
         rows.radii[row] = state.radii[0]

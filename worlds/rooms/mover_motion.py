@@ -45,6 +45,20 @@ class Movers(NamedTuple):
         return cls(np.zeros((count, each, 2)), np.zeros((count, each, 2)), np.zeros((count, each)))
 
 
+class Solids(NamedTuple):
+    """What stands and movers may meet.
+
+    Attributes:
+        boxes: x_min, y_min, x_max, y_max [m], shape (b, 4).
+        circles: x, y, radius [m], shape (c, 3).
+        edges: x, y at the begin and at the end [m], shape (e, 4).
+    """
+
+    boxes: NDArray[np.float64]
+    circles: NDArray[np.float64]
+    edges: NDArray[np.float64]
+
+
 class Schedules(NamedTuple):
     """When movers come and go, m for each of n robots.
 
@@ -114,6 +128,12 @@ def put_down(
         elif plan.appears_at == 0.0:
             state.radii[k, m] = plan.radius
             schedules.ends[k, m] = schedules.durations[k, m]
+
+
+@inlined_kernel
+def movers_of(movers: Movers, k: int) -> Movers:
+    """Return the movers of robot ``k``, one row, which change with those of all."""
+    return Movers(movers.places[k : k + 1], movers.velocities[k : k + 1], movers.radii[k : k + 1])
 
 
 @kernel

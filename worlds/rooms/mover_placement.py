@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from worlds.rooms.movers import Mover, MoverPlan
+from worlds.rooms.movers import Behaviour, Mover, MoverPlan
 from worlds.rooms.room import Room, RoomTask
 
 START_GAP = 1.0
@@ -34,16 +34,21 @@ def draw_movers(
         task: Start and goal of the robot; None keeps neither free.
         radius: Radius of the robot [m].
     """
-    movers = [
-        Mover(plan.place, _velocity(plan, rng), plan)
-        for plan in room.movers
-        if plan.place is not None
-    ]
+    movers = [_mover(plan, plan.place, rng) for plan in room.movers if plan.place is not None]
     for plan in room.movers:
         place = None if plan.place else _drawn_place(plan, room, rng, task, radius, movers)
         if place is not None:
-            movers.append(Mover(place, _velocity(plan, rng), plan))
+            movers.append(_mover(plan, place, rng))
     return tuple(movers)
+
+
+def _mover(plan: MoverPlan, place: tuple[float, float], rng: np.random.Generator) -> Mover:
+    """Return a mover at a place [m]."""
+    velocity = _velocity(plan, rng)
+    if not plan.is_person:
+        return Mover(place, velocity, plan)
+    seed = int(rng.integers(2**63))
+    return Mover(place, velocity, plan, Behaviour(kind="person", seed=seed, yields=plan.yields))
 
 
 def _drawn_place(

@@ -28,6 +28,9 @@ class MoverPlan(BaseModel):
         course: Times since the robot's start [s], the first one 0, and places [m]: it goes straight
             from each place to the next, whatever stands there, and begins anew at the last time.
             Empty for one that goes straight and turns back at what stands.
+        is_person: True for a person, who heads for one place of the room after the other, goes
+            round what stands and steps aside for others; see ``worlds.agent_motion``.
+        yields: True for a person who steps aside for the robot, too.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -41,6 +44,20 @@ class MoverPlan(BaseModel):
     appears_at: float = Field(default=0.0, ge=0)
     duration: float | None = Field(default=None, gt=0)
     course: tuple[tuple[FiniteFloat, FiniteFloat, FiniteFloat], ...] = ()
+    is_person: bool = False
+    yields: bool = False
+
+    @model_validator(mode="after")
+    def _check_person(self) -> Self:
+        """Refuse people who stand for ever or follow a course, and others who give way."""
+        if self.is_person and (self.speed == 0 or self.course):
+            raise ValueError(
+                f"is_person: expected a speed and no course beside it, got {self.speed:g} m/s and "
+                f"{len(self.course)} places; give one, or leave is_person out"
+            )
+        if self.yields and not self.is_person:
+            raise ValueError("yields: expected is_person beside it, got none; set it, too")
+        return self
 
     @model_validator(mode="after")
     def _check_course(self) -> Self:

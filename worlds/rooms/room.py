@@ -11,6 +11,7 @@ from scipy.ndimage import label
 
 from terrain.kernel import kernel
 from worlds.rooms.edges import edge_clearances, outline_edges
+from worlds.rooms.mover_motion import Solids
 from worlds.rooms.movers import MoverPlan
 from worlds.world import Start
 
@@ -126,6 +127,16 @@ class Room:
     def appearances(self) -> tuple[MoverPlan, ...]:
         """Obstacles that appear when the robot comes near."""
         return tuple(one for one in self.movers if one.when_within is not None)
+
+    @property
+    def solids(self) -> Solids:
+        """What stands, as movers meet it."""
+        return Solids(self.boxes, self.circles, self.edges)
+
+    @property
+    def has_people(self) -> bool:
+        """True if some of its movers are people."""
+        return any(plan.is_person for plan in self.movers)
 
     @classmethod
     def of(cls, name: str, plan: RoomPlan) -> "Room":

@@ -297,7 +297,8 @@ class BarnEvaluationOptions:
         str,
         typer.Option(
             help="Rules of generated worlds: published; narrow, whose widest way is 0.60 m; or "
-            "moving-easy, moving-medium, moving-hard: cylinders that move, as in DynaBARN.",
+            "moving-easy, moving-medium, moving-hard: cylinders that move, as in DynaBARN; or "
+            "crowd-5, crowd-10, crowd-20: people who avoid each other.",
             rich_help_panel=_BARN,
         ),
     ] = "published"

@@ -10,6 +10,7 @@ from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.odometry import DeadReckoning, OdometryErrors
 from andabata.tasks.planar import PlanarState
 from andabata.tasks.rooms.kernel import Lasers, Rooms, V, X, cast, drive
+from worlds.agents import Agents, check_movers
 from worlds.rooms.mover_motion import Movers, Schedules, come_and_go, put_down
 from worlds.rooms.movers import Mover
 from worlds.rooms.room import Room
@@ -76,6 +77,8 @@ class RoomBatch:
         self.places = np.zeros(count, dtype=np.int64)
         self.movers = Movers.none(count, movers)
         self._schedules = Schedules.none(count, movers)
+        has_people = any(room.has_people for room in rooms)
+        self._people = Agents.none(count, movers) if has_people else None
         self.contacts = np.zeros(count, dtype=np.int64)
         self.lasers = laser_arrays([lidar])
         self.mounted = np.zeros(count, dtype=np.int64)
@@ -124,6 +127,9 @@ class RoomBatch:
         self._steps[k] = 0
         dt = self._robot.period / self._robot.substeps
         put_down(k, movers, self.movers, self._schedules, dt)
+        if self._people is not None:
+            check_movers(movers)
+            self._people.put_down(k, movers)
 
     def step(self, twists: NDArray[np.float64], chosen: NDArray[np.bool_]) -> PlanarState:
         """Drive robots for one control period.
@@ -137,6 +143,7 @@ class RoomBatch:
         if self.movers.radii.size:
             movers = self.movers, self._schedules
             come_and_go(self.motions, chosen, self.stamps, *movers, robot.radius)
+        people = None if self._people is None else (self._people, self.stamps)
         self._steps += chosen
         if self.odometry is not None:
             self.odometry.step(twists, chosen)
@@ -150,6 +157,7 @@ class RoomBatch:
             robot.period,
             robot.substeps,
             self.contacts,
+            people,
         )
         return self.observe(chosen)
 
@@ -198,6 +206,7 @@ def room_arrays(rooms: Sequence[Room]) -> Rooms:
         np.array([len(room.circles) for room in rooms]),
         edges,
         np.array([len(room.edges) for room in rooms]),
+        np.array([room.half for room in rooms], dtype=np.float64).reshape(-1, 2),
     )
 
 

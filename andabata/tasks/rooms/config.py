@@ -21,8 +21,8 @@ from rl.spaces import ActionSpec, ObservationSpec
 from worlds.rooms.catalogue import make_room
 from worlds.rooms.room import RoomTask
 
-RandomKind = Literal["random", "clutter", "clutter-movers"]
-"""Kinds of random rooms: thin walls, clutter, and clutter with movers; see the catalogue."""
+RandomKind = Literal["random", "clutter", "clutter-movers", "crowd-5", "crowd-10", "crowd-20"]
+"""Kinds of random rooms: thin walls, clutter, clutter with movers, people; see the catalogue."""
 
 RoomReward = RoomRewardConfig | GdaeRewardConfig | ImprovedRewardConfig
 """Constants of a reward in rooms; their kind says which."""

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from andabata.machine.planar.mover_contact import Contact, contact_with_mover
 from andabata.machine.planar.odometry import move_along_arc
 from terrain.kernel import inlined_kernel, kernel
+from worlds.agent_motion import RobotMotion, decide, stride
+from worlds.agents import Agents, agents_of
 from worlds.rooms.edges import edge_clearance
-from worlds.rooms.mover_motion import Movers, advance
+from worlds.rooms.mover_motion import Movers, Solids, advance, movers_of
 
 MIN_RANGE = 0.02
 """Smallest distance that a beam or a point can have [m]: reciprocals stay finite at contact."""
@@ -44,6 +46,7 @@ class Rooms(NamedTuple):
         circle_counts: Number of circles of each room, shape (r,).
         edges: Slanted edges: x, y at the begin and at the end [m], shape (r, most, 4).
         edge_counts: Number of edges of each room, shape (r,).
+        halves: Half of the extent of each in x and y [m], shape (r, 2).
     """
 
     boxes: NDArray[np.float64]
@@ -52,6 +55,7 @@ class Rooms(NamedTuple):
     circle_counts: NDArray[np.int64]
     edges: NDArray[np.float64]
     edge_counts: NDArray[np.int64]
+    halves: NDArray[np.float64]
 
 
 class Lasers(NamedTuple):
@@ -109,6 +113,7 @@ def drive(
     period: float,
     substeps: int,
     contacts: NDArray[np.int64],
+    people: tuple[Agents, NDArray[np.float64]] | None = None,
 ) -> None:
     """Drive the chosen robots and their movers for one control period, robots along exact arcs.
 
@@ -126,6 +131,8 @@ def drive(
         period: Control period [s].
         substeps: Number of checks for contact in a period.
         contacts: ``Contact`` of each robot, changed in place, shape (n,).
+        people: People among the movers, changed in place, and the time of each robot at the begin
+            of the period [s], shape (n,); None without any.
     """
     dt = period / substeps
     for k in range(len(chosen)):
@@ -133,12 +140,21 @@ def drive(
             continue
         contacts[k] = 0
         motion, room = motions[k], places[k]
+        boxes = rooms.boxes[room, : rooms.box_counts[room]]
+        circles = rooms.circles[room, : rooms.circle_counts[room]]
+        edges = rooms.edges[room, : rooms.edge_counts[room]]
+        if people is not None:
+            agents, own = agents_of(people[0], k), movers_of(movers, k)
+            solids, half = Solids(boxes, circles, edges), rooms.halves[room]
+            vx, vy = motion[V] * np.cos(motion[YAW]), motion[V] * np.sin(motion[YAW])
+            robot = RobotMotion(motion[X], motion[Y], vx, vy, radius)
+            extent = half[0], half[1]
+            nearby = decide(own, agents, solids, extent, robot, people[1][k], period)
         for _ in range(substeps):
             move_along_arc(motion, X, motion[V] * dt, motion[W] * dt)
-            if movers.radii.shape[1] > 0:
-                boxes = rooms.boxes[room, : rooms.box_counts[room]]
-                circles = rooms.circles[room, : rooms.circle_counts[room]]
-                edges = rooms.edges[room, : rooms.edge_counts[room]]
+            if people is not None:
+                stride(own, agents, solids, nearby, dt)
+            elif movers.radii.shape[1] > 0:
                 advance(k, movers, boxes, circles, edges, dt)
             x, y = motion[X], motion[Y]
             if clearance(x, y, room, rooms, k, movers) < radius:

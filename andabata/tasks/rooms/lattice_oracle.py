@@ -193,7 +193,8 @@ def _moves(robot: DiscRobotConfig) -> _Moves:
     count = len(twists)
     motions = np.concatenate([np.zeros((count, YAW + 1)), twists], axis=1)
     none = np.zeros(1, dtype=np.int64)
-    empty = Rooms(np.zeros((1, 1, 4)), none, np.zeros((1, 1, 3)), none, np.zeros((1, 1, 4)), none)
+    flat = np.zeros((1, 1, 4))
+    empty = Rooms(flat, none, np.zeros((1, 1, 3)), none, flat, none, np.zeros((1, 2)))
     places = np.empty((count, robot.substeps, 2))
     for s in range(robot.substeps):
         drive(

@@ -149,7 +149,8 @@ class SimulatedPlanarRobot:
         Raises:
             ValueError: If the command is not finite.
         """
-        self.vehicle.step(command, self._movers.step(self.vehicle.pose, self._reach))
+        pose, speed = self.vehicle.pose, self.vehicle.velocity.linear
+        self.vehicle.step(command, self._movers.step(pose, speed, self._reach))
         self._periods += 1
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from worlds.rooms.courses import Courses, Solids, follow, pass_period
-from worlds.rooms.mover_motion import Movers
+from worlds.rooms.courses import Courses, follow, pass_period
+from worlds.rooms.mover_motion import Movers, Solids
 from worlds.rooms.movers import Mover, MoverPlan
 
 COURSE = ((0.0, 1.0, 2.0), (2.0, 1.0, 6.0), (3.0, 4.0, 6.0))

@@ -4,7 +4,19 @@ import numpy as np
 import pytest
 
 from tests.support.walking_worlds import agent, walker
-from worlds.agents import ANIMAL, MOST, PERSON, STRAIGHT, VEHICLE, Agents, check_movers, top_speed
+from worlds.agents import (
+    ANIMAL,
+    COURSE,
+    MOST,
+    PERSON,
+    STRAIGHT,
+    VEHICLE,
+    Agents,
+    agents_of,
+    check_movers,
+    top_speed,
+)
+from worlds.rooms.movers import Mover, MoverPlan
 
 TRACK = ((0.0, 0.0), (3.0, 0.0), (3.0, 4.0))
 
@@ -73,3 +85,25 @@ def test_the_number_is_bounded():
     check_movers(crowd)
     with pytest.raises(ValueError, match="expected at most 500, got 501"):
         check_movers([*crowd, walker((-1.0, 0.0))])
+
+
+def test_agents_of_one_robot_among_many_are_its_own():
+    """They are those of its movers, change with those of all, and leave the others alone."""
+    people = [agent("person", (3.0, 4.0), yields=True, seed=5), walker((1.0, 2.0), (0.5, 0.0))]
+    alone, many = Agents.of(people), Agents.none(3, 4)
+    many.put_down(1, people)
+    own = agents_of(many, 1)
+    for name in Agents._fields:
+        np.testing.assert_array_equal(getattr(own, name)[:2], getattr(alone, name))
+        assert not getattr(many, name)[[0, 2]].any()
+    assert own.kinds.tolist() == [PERSON, STRAIGHT, STRAIGHT, STRAIGHT]
+    own.aims[0] = 7.0, 8.0
+    assert many.aims[1, 0].tolist() == [7.0, 8.0]
+    many.put_down(1, people[1:])
+    assert not many.kinds[1].any()
+
+
+def test_one_on_a_course_is_told_apart():
+    """It is moved by its course, and by nothing else."""
+    plan = MoverPlan(radius=0.5, place=(0.0, 0.0), course=((0, 0, 0), (4, 4, 0)))
+    assert Agents.of([Mover((0.0, 0.0), (0.0, 0.0), plan)]).kinds.tolist() == [COURSE]

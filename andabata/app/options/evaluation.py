@@ -41,7 +41,7 @@ Rooms = Annotated[
         metavar="NAMES",
         help="Rooms, comma-separated; by default those that judge the task. spn: env0 to env7, "
         "crowded, sudden; td3: env1 to env4, corridor, bend, gates, wall; random-K, clutter-K, "
-        "clutter-movers-K, barn-K; .toml files.",
+        "clutter-movers-K, crowd-10-K, barn-K; .toml files.",
         rich_help_panel=_ROOMS,
     ),
 ]

@@ -23,6 +23,7 @@ from andabata.navigation.planar.null_navigators import StraightNavigator
 from tests.support.barn_folders import write_world
 from tests.support.moving_barn_folders import source_text, write_moving_world
 from worlds.rooms.barn import NARROW, barn_world
+from worlds.rooms.crowds import SIZES
 from worlds.rooms.moving_fields import moving_field
 from worlds.sdf.barn import BarnFileError
 
@@ -96,6 +97,10 @@ def test_fields_with_movers_are_driven_and_told(tmp_path):
         name = f"barn-moving-{level}-7300"
         assert world_names(config)[0] == name
         assert load_world(config, name).room.movers == moving_field(7300, level).room.movers
+    for people in SIZES:
+        crowd = config.model_copy(update={"fields": f"crowd-{people}"})
+        assert world_names(crowd)[0] == f"crowd-{people}-7300"
+        assert len(load_world(crowd, f"crowd-{people}-7300").room.movers) == people
     blind = config.model_copy(update={"controllers": ("straight",), "trials": 1})
     contacts = {run.contact for run in drive_all(blind)}
     assert contacts

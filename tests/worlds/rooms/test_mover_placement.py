@@ -91,3 +91,18 @@ def test_what_finds_no_place_stays_away():
     made = room(*[{"radius": 0.4}] * 30)
     assert 0 < len(drawn(made)) < 30
     assert drawn(room({"radius": 4.0, "speed": 1.0})) == ()
+
+
+def test_people_have_a_seed_of_their_own_in_each_episode():
+    """And the manners of their plan; who is no person has no behaviour, and draws nothing more."""
+    person = {"radius": 0.3, "speed": 1.0, "is_person": True}
+    walls = room(person, person | {"yields": True}, {"radius": 0.3, "speed": 1.0})
+    one, other, thing = drawn(walls)
+    assert (one.behaviour.yields, other.behaviour.yields, thing.behaviour) == (False, True, None)
+    assert one.kind == "person"
+    seeds = {mover.behaviour.seed for k in range(5) for mover in drawn(walls, k)[:2]}
+    assert len(seeds) == 10
+    alone = drawn(room({"radius": 0.3, "speed": 1.0}, {"radius": 0.3, "speed": 1.0}))
+    with_one = drawn(room({"radius": 0.3, "speed": 1.0}, person))
+    assert with_one[0] == alone[0]
+    assert with_one[1].place == alone[1].place

@@ -85,3 +85,14 @@ def test_a_course_begins_at_once_in_its_place():
     ):
         with pytest.raises(ValidationError, match=message):
             MoverPlan(**good | wrong)
+
+
+def test_a_person_goes_at_a_speed_of_its_own_and_alone_gives_way():
+    """One who stands, one on a course and a thing that gives way are refused by name."""
+    assert MoverPlan(radius=0.3, speed=1.0, is_person=True, yields=True).yields
+    course = {"place": (0, 0), "course": ((0, 0, 0), (4, 4, 0))}
+    for wrong in ({"is_person": True}, {"is_person": True} | course):
+        with pytest.raises(ValidationError, match="is_person: expected a speed and no course"):
+            MoverPlan(radius=0.3, **wrong)
+    with pytest.raises(ValidationError, match="yields: expected is_person beside it"):
+        MoverPlan(radius=0.3, speed=1.0, yields=True)

@@ -5,8 +5,12 @@ import pytest
 
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.mover_contact import Contact
+from andabata.machine.planar.readings import PlanarPose
+from andabata.machine.planar.vehicle import PlanarVehicleConfig
 from andabata.tasks.rooms.batch import DiscRobotConfig, RoomBatch, as_kept, room_arrays
+from andabata.tasks.rooms.planar_movers import PlanarMovers
 from worlds.rooms.catalogue import make_room
+from worlds.rooms.mover_placement import draw_movers
 from worlds.rooms.movers import Mover, MoverPlan
 from worlds.rooms.room import Room, RoomPlan
 from worlds.world import Start
@@ -212,3 +216,32 @@ def test_beams_are_cast_from_where_situations_keep_robots_and_movers():
     rounded.movers.places[:] = as_kept(exact.movers.places)
     rounded.observe(np.ones(20, bool))
     np.testing.assert_array_equal(rounded.reciprocals, exact.reciprocals)
+
+
+def test_people_in_a_batch_go_as_those_of_one_robot():
+    """The same law: to the bit beside a robot of the same size, way and period, in any room."""
+    room = make_room("crowd-5-7300")
+    movers = draw_movers(room, np.random.default_rng(3), room.tasks[0], 0.2)
+    robot = DiscRobotConfig(radius=0.2, period=0.1, substeps=2)
+    batch = RoomBatch(3, [EMPTY, room], robot, FOUR, movers=6)
+    for k, place in enumerate((Start(0.0, 0.0, 0.0), room.tasks[0].start, Start(0.0, 0.0, 0.0))):
+        batch.place(k, k % 2, place, movers if k == 1 else ())
+    alone = PlanarMovers(room, movers, PlanarVehicleConfig(period=0.1, substeps=2))
+    for _ in range(25):
+        start = PlanarPose(*batch.poses[1].tolist())
+        step(batch, (0.0, 0.0), (0.4, 0.2), (0.0, 0.0))
+        alone.step(start, 0.4, 0.2)
+    np.testing.assert_array_equal(batch.movers.places[1, :5], alone.state.places[0])
+    np.testing.assert_array_equal(batch.movers.velocities[1, :5], alone.state.velocities[0])
+    assert np.hypot(*(alone.state.places[0] - [m.place for m in movers]).T).min() > 0.3
+
+
+def test_robots_in_a_room_with_people_may_be_without_any():
+    """A room of the same batch has movers that go straight, or none."""
+    movers = [Mover((2.0, 0.0), (-1.0, 0.0), MoverPlan(radius=0.3, speed=1.0))]
+    batch = RoomBatch(2, [EMPTY, make_room("crowd-5-7300")], DiscRobotConfig(), FOUR, movers=5)
+    for k in range(2):
+        batch.place(k, 0, Start(-2.0, 0.0, 0.0), movers if k else ())
+    step(batch, (0.0, 0.0), (0.0, 0.0))
+    np.testing.assert_allclose(batch.movers.places[1, 0], (1.8, 0.0))
+    assert not batch.movers.radii[0].any()

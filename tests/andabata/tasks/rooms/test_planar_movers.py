@@ -1,11 +1,12 @@
 """Movers of one drive: straight ones and those on courses, after every sub-step."""
 
 import numpy as np
+import pytest
 
 from andabata.machine.planar.readings import PlanarPose
 from andabata.machine.planar.vehicle import PlanarVehicleConfig
 from andabata.tasks.rooms.planar_movers import PlanarMovers
-from worlds.rooms.movers import Mover, MoverPlan
+from worlds.rooms.movers import Behaviour, Mover, MoverPlan
 from worlds.rooms.room import Room
 
 FAR = PlanarPose(99.0, 99.0, 0.0)
@@ -55,3 +56,48 @@ def test_a_straight_one_turns_back_at_a_wall():
     for _ in range(3):
         one.step(PlanarPose(5.0, 1.0, 0.0), 0.0, 0.3)
     assert one.state.velocities[0, 0, 1] == -1.0
+
+
+def person(place, yields=False, seed=0):
+    """Return a person of 0.25 m at 1 m/s who goes to the right at first."""
+    plan = MoverPlan(radius=0.25, place=place, speed=1.0, is_person=True, yields=yields)
+    return Mover(place, (1.0, 0.0), plan, Behaviour(kind="person", yields=yields, seed=seed))
+
+
+def test_people_go_beside_those_on_courses():
+    """One on a course goes on along it; a person goes elsewhere than straight on, by its seed."""
+    room = Room("r", (9.0, 9.0), np.zeros((0, 4)), np.zeros((0, 3)))
+    ends = []
+    for seed in (0, 0, 1):
+        made = [Mover(COURSE.place, (0.0, 0.0), COURSE), person((5.0, -5.0), seed=seed)]
+        both = PlanarMovers(room, made, VEHICLE)
+        for _ in range(30):
+            rows = both.step(FAR, 0.0, 0.3)
+        np.testing.assert_allclose(rows.places[-1, 1], (3.0, 0.0), atol=1e-9)
+        ends.append(rows.places[-1, 0].copy())
+    assert np.hypot(*(ends[0] - (5.0, -5.0))) > 1.0
+    np.testing.assert_array_equal(ends[0], ends[1])
+    assert np.hypot(*(ends[0] - ends[2])) > 0.5
+
+
+def test_who_gives_way_minds_the_robot():
+    """Of two people who meet a robot that comes, one stays farther from it than the other."""
+    room = Room("r", (9.0, 1.0), np.zeros((0, 4)), np.zeros((0, 3)))
+    nearest = {}
+    for yields in (False, True):
+        crowd, gaps = PlanarMovers(room, [person((-3.0, 0.0), yields, 7)], VEHICLE), []
+        for k in range(60):
+            robot = PlanarPose(3.0 - 0.1 * k, 0.0, np.pi)
+            place = crowd.step(robot, 1.0, 0.3).places[-1, 0]
+            gaps.append(np.hypot(place[0] - robot.x + 0.1, place[1]))
+        nearest[yields] = min(gaps)
+    assert nearest[True] > nearest[False] + 0.2
+
+
+def test_people_too_fast_for_their_size_are_refused():
+    """By name, before anybody drives."""
+    plan = MoverPlan(radius=0.1, place=(0.0, 0.0), speed=3.0, is_person=True)
+    fast = Mover((0.0, 0.0), (0.0, 0.0), plan, Behaviour(kind="person"))
+    room = Room("r", (9.0, 9.0), np.zeros((0, 4)), np.zeros((0, 3)))
+    with pytest.raises(ValueError, match="speed: expected at most 1 m/s"):
+        PlanarMovers(room, [fast], VEHICLE)

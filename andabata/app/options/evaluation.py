@@ -79,8 +79,9 @@ class TrialOptions:
             help="Comma-separated. Off-road some of policy, actor-critic, reactive, straight, "
             "without a map; policy+planner, reactive+planner, planner, with the local planner; "
             "oracle; random+planner, away+planner, null controllers. With --task barn some of "
-            "arcs, dwa, dwa-goal, gap, mpc, mpc-told, mpc-movers, distilled, distilled+shield, "
-            "td3, spn, heading with the map of dwa, td3-goal, spn-goal without, straight, random. "
+            "arcs, dwa, dwa-goal, gap, mpc, mpc-told, mpc-movers, mpc-true-movers, distilled, "
+            "distilled+shield, td3, spn, heading with the map of dwa, td3-goal, spn-goal without, "
+            "straight, random. "
             "The default is policy+planner,reactive off-road, and all with --task barn.",
             rich_help_panel=_BOTH,
         ),

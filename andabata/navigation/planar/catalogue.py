@@ -11,7 +11,7 @@ from andabata.navigation.planar.constant_arcs import ConstantArcsNavigator
 from andabata.navigation.planar.distilled_navigator import DistilledNavigator
 from andabata.navigation.planar.dynamic_window import DynamicWindowConfig, DynamicWindowNavigator
 from andabata.navigation.planar.follow_gap import FollowGapNavigator
-from andabata.navigation.planar.mpc_navigator import WITH_MOVERS, MpcNavigator
+from andabata.navigation.planar.mpc_navigator import WITH_MOVERS, WITH_TRUE_MOVERS, MpcNavigator
 from andabata.navigation.planar.null_navigators import RandomNavigator, StraightNavigator
 
 SHIPPED = "distilled"
@@ -43,6 +43,7 @@ PLANAR_NAVIGATORS: dict[str, Maker] = {
     "mpc": MpcNavigator,
     "mpc-told": lambda vehicle, rng: MpcNavigator(vehicle, rng, are_dynamics_known=True),
     "mpc-movers": lambda vehicle, rng: MpcNavigator(vehicle, rng, WITH_MOVERS),
+    "mpc-true-movers": lambda vehicle, rng: MpcNavigator(vehicle, rng, WITH_TRUE_MOVERS),
     "distilled": lambda vehicle, _: _distilled(vehicle, has_shield=False),
     "distilled+shield": lambda vehicle, _: _distilled(vehicle, has_shield=True),
     "straight": lambda _, __: StraightNavigator(),
@@ -50,8 +51,8 @@ PLANAR_NAVIGATORS: dict[str, Maker] = {
 }
 """Constant arcs with a time-to-go; the dynamic window, heading for sub-goals of a map or for the
 goal; follow the gap; sampling MPC with dynamics that it identifies, or that are known, or one that
-identifies them and follows what moves; the policy that was distilled from it, alone or behind a
-brake shield; and two that see nothing."""
+identifies them and follows what moves, or is told it, an upper bound; the policy that was distilled
+from it, alone or behind a brake shield; and two that see nothing."""
 
 
 def planar_navigator(

@@ -16,9 +16,10 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from andabata.machine.kinematics import Twist
 from andabata.machine.planar.footprint import inner_radius_of, reach_of
 from andabata.machine.planar.lidar import PlanarLidarConfig
-from andabata.machine.planar.readings import PlanarPose, PlanarReadings
+from andabata.machine.planar.readings import PlanarReadings
 from andabata.machine.planar.vehicle import PlanarVehicleConfig
 from andabata.navigation.mover_forecast import NO_MOVERS, MoverForecastConfig, forecast_of
+from andabata.navigation.mover_tracks import TrackedMovers
 from andabata.navigation.planar.circle_tracks import CircleTracks, CircleTracksConfig
 from andabata.navigation.planar.dynamics import (
     PlanarDynamics,
@@ -40,6 +41,8 @@ class MpcMoversConfig(BaseModel):
 
     Attributes:
         tracks: Settings of the tracks in its scans.
+        are_known: True to take what truly moves, seen or not, in the place of tracks: an upper
+            bound, in simulation alone.
         clear_margin: Distance from the edge of a mover within which hits are its own [m].
         forecast: Where movers are expected, and what it costs to be near them [s/s].
     """
@@ -47,6 +50,7 @@ class MpcMoversConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     tracks: CircleTracksConfig = CircleTracksConfig(max_range=10.0)
+    are_known: bool = False
     clear_margin: float = Field(default=0.1, ge=0)
     forecast: MoverForecastConfig = MoverForecastConfig()
 
@@ -101,6 +105,9 @@ class MpcNavigatorConfig(BaseModel):
 
 WITH_MOVERS = MpcNavigatorConfig(movers=MpcMoversConfig())
 """Settings of a navigator that follows what moves and prices where it will be."""
+
+WITH_TRUE_MOVERS = MpcNavigatorConfig(movers=MpcMoversConfig(are_known=True))
+"""Settings of one that is told what moves."""
 
 
 class MpcNavigator:
@@ -198,7 +205,7 @@ class MpcNavigator:
             self.identification.update(Twist(*self._past[-1].tolist()), velocity)
             self.dynamics = self.identification.estimate().mean
         # What stands around, and how long the way takes from where.
-        self._remember(pose, readings.ranges)
+        self._remember(readings)
         if self._periods % self.config.replan_every == 0:
             self.time_to_go.update(self._nearest, position, self._goal)
         # What to do next.
@@ -238,21 +245,25 @@ class MpcNavigator:
                 f"{readings.ranges.shape}; reset the navigator with the robot's laser"
             )
 
-    def _remember(self, pose: PlanarPose, ranges: NDArray[np.float32]) -> None:
+    def _remember(self, readings: PlanarReadings) -> None:
         """Take a scan into the hit layer, and find the nearest hits."""
-        robot, position = LaserPose(*pose), np.array([pose.x, pose.y])
+        robot = LaserPose(*readings.odometry)
+        position = np.array([robot.x, robot.y])
         self.hits.follow(position)
-        self.hits.update(self._laser.on(robot), self._bearings, ranges, self._max_range)
+        self.hits.update(self._laser.on(robot), self._bearings, readings.ranges, self._max_range)
         self.hits.clear(position, self._half_width - _RIM)
-        self._follow(robot, ranges)
+        self._follow(robot, readings)
         find_nearest(self.hits, self._nearest)
 
-    def _follow(self, robot: LaserPose, ranges: NDArray[np.float32]) -> None:
+    def _follow(self, robot: LaserPose, readings: PlanarReadings) -> None:
         """Follow what moves, and keep none of its hits as obstacles."""
         config = self.config.movers
         if config is None or self._tracks is None:
             return
-        tracks = self._tracks.update(robot, np.asarray(ranges, dtype=np.float64))
+        if config.are_known:
+            tracks = _known_movers(readings)
+        else:
+            tracks = self._tracks.update(robot, np.asarray(readings.ranges, dtype=np.float64))
         for place, radius in zip(tracks.places, tracks.radii.tolist(), strict=True):
             self.hits.clear(place, radius + config.clear_margin)
         here = np.array([robot.x, robot.y])
@@ -273,6 +284,23 @@ class MpcNavigator:
         is_backing = math.dist(self._stood, position) < config.recovery_distance
         is_stuck = moved.max() < config.stuck_radius
         return (config.recovery_risk if is_stuck else 0.0), (1.0 if is_backing else 0.0)
+
+
+def _known_movers(readings: PlanarReadings) -> TrackedMovers:
+    """Return what truly moves, as tracks without doubt.
+
+    Raises:
+        ValueError: If the readings do not tell it.
+    """
+    if readings.movers is None:
+        raise ValueError(
+            "movers: expected those of a simulated robot, got none; leave are_known off elsewhere"
+        )
+    numbers = np.arange(len(readings.movers), dtype=np.float64)
+    x, y, vx, vy, radii = readings.movers.T
+    ages, doubts = np.full_like(numbers, np.inf), np.zeros_like(numbers)
+    places, velocities = np.column_stack((x, y)), np.column_stack((vx, vy))
+    return TrackedMovers(places, velocities, radii, ages, doubts, numbers)
 
 
 def _dynamics_of(vehicle: PlanarVehicleConfig) -> PlanarDynamics:

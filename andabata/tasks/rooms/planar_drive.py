@@ -130,7 +130,19 @@ class SimulatedPlanarRobot:
             odometry=self.vehicle.odometry,
             velocity=self._measured_velocity(),
             ranges=np.where(met, noisy, np.float32(np.inf)),
+            movers=self._true_movers(),
         )
+
+    def _true_movers(self) -> NDArray[np.float64]:
+        """Return what moves now in the frame of the odometry; see ``PlanarReadings``."""
+        movers, true, believed = self._movers.state, self.vehicle.pose, self.vehicle.odometry
+        is_there = movers.radii[0] > 0.0
+        turn = believed.yaw - true.yaw
+        c, s = math.cos(turn), math.sin(turn)
+        rotation = np.array([[c, -s], [s, c]])
+        places = (movers.places[0, is_there] - true[:2]) @ rotation.T + believed[:2]
+        velocities = movers.velocities[0, is_there] @ rotation.T
+        return np.hstack((places, velocities, movers.radii[0, is_there, None]))
 
     @property
     def movers(self) -> Movers:

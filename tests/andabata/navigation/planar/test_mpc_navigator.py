@@ -14,6 +14,7 @@ from andabata.navigation.mover_forecast import NO_MOVERS
 from andabata.navigation.planar.dynamics import PlanarDynamics
 from andabata.navigation.planar.mpc_navigator import (
     WITH_MOVERS,
+    WITH_TRUE_MOVERS,
     MpcNavigator,
     MpcNavigatorConfig,
 )
@@ -190,3 +191,18 @@ def test_it_gets_out_of_the_way_of_what_moves(seed):
         ends.append(result)
     assert ends[0].outcome is Outcome.COLLISION
     assert ends[1].outcome is Outcome.GOAL
+
+
+def test_one_that_is_told_what_moves_needs_no_sight_of_it():
+    """It is in the forecast in the first period, without doubt, although no beam has met it."""
+    movers = np.array([[3.0, 2.0, 0.0, -1.0, 0.4]])
+    told = PlanarReadings(0.0, START, REST, np.full_like(ranges_from(START), np.inf), movers)
+    navigator = made(WITH_TRUE_MOVERS)
+    navigator.reset(LIDAR, GOAL)
+    navigator.act(told)
+    forecast = navigator._forecast
+    np.testing.assert_allclose(forecast.places, movers[:, :2])
+    np.testing.assert_allclose(forecast.velocities, movers[:, 2:4])
+    assert (forecast.radii.tolist(), forecast.doubts.tolist()) == ([0.4], [0.0])
+    with pytest.raises(ValueError, match="movers: expected those of a simulated robot, got none"):
+        navigator.act(readings())

@@ -247,3 +247,27 @@ def test_movers_change_no_noise_of_the_robot():
             one.step(Twist(1.0, 0.0))
         drawn.append((one._rng.standard_normal(), one.vehicle.pose))
     assert drawn[0] == drawn[1]
+
+
+def test_the_simulator_tells_what_moves_as_the_odometry_has_it():
+    """From the robot's true pose it lies as it does from the believed one; it turns with it."""
+    drifts = EXACT.model_copy(update={"odometry_scale": 0.3, "odometry_turn": 0.3})
+    one = robot(room(movers=(course((0, 4, 2), (4, 4, 6)),)), drifts)
+    for _ in range(20):
+        one.step(Twist(1.0, 0.8))
+    true, believed = one.vehicle.pose, one.vehicle.odometry
+    assert abs(true.yaw - believed.yaw) > 0.02
+    (row,) = one.read().movers
+    place = (4.0, 2.0 + 20 * EXACT.period)
+    ahead, left = _from(true, place)
+    np.testing.assert_allclose(_from(believed, row[:2]), (ahead, left), atol=1e-9)
+    turn = believed.yaw - true.yaw
+    np.testing.assert_allclose(row[2:], (-np.sin(turn), np.cos(turn), 0.5), atol=1e-9)
+    assert robot().read().movers.shape == (0, 5)
+
+
+def _from(pose, place):
+    """Return how far a place is ahead and to the left of a pose [m]."""
+    dx, dy = place[0] - pose.x, place[1] - pose.y
+    c, s = np.cos(pose.yaw), np.sin(pose.yaw)
+    return c * dx + s * dy, c * dy - s * dx

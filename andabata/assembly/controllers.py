@@ -15,6 +15,7 @@ from andabata.navigation.oracle import OracleController
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.policy_controller import PolicyController
 from andabata.navigation.reactive import ReactiveController, StraightController
+from andabata.own_code import is_own, load_own
 from worlds.world import World
 
 _Make = Callable[[SimulatedRobotConfig, Models, np.random.Generator], Controller]
@@ -47,6 +48,9 @@ MAPLESS_CONTROLLERS = (
 )
 """Names of the controllers that need no true map."""
 
+_PLANNER = "+planner"
+"""End of the name of a controller with the local planner around it."""
+
 ORACLE = "oracle"
 """Name of the upper bound."""
 
@@ -76,7 +80,9 @@ def make_steering(
     """Return a controller, with its planner where the name has one.
 
     Args:
-        name: One of ``CONTROLLERS``.
+        name: One of ``CONTROLLERS``, or the file and name of a class of the user's own, with
+            ``+planner`` behind it for one with the local planner around it: it is made with the
+            settings of the robot and a source of randomness, and is a ``Controller``.
         world: World of the oracle and of a prior map; None for a recording or a real robot, where
             it is not known.
         config: Robot, grid and planner.
@@ -86,16 +92,18 @@ def make_steering(
 
     Raises:
         ValueError: If there is no controller of that name.
+        OwnCodeError: If the user's own cannot be used.
     """
     known = CONTROLLERS if world is not None else MAPLESS_CONTROLLERS
-    if name not in known:
+    if name not in known and not is_own(name):
         why = "; the oracle needs the true map" if name == ORACLE else ""
-        raise ValueError(f"--controller: expected {', '.join(known)}, got {name!r}{why}")
+        expected = f"{', '.join(known)} or FILE.py:NAME"
+        raise ValueError(f"--controller: expected {expected}, got {name!r}{why}")
     if name == ORACLE and world is not None:
         oracle = OracleController(world, config.robot, config.local_planner, config.rollouts)
         return Steering(oracle, action_repeat=config.rollouts.action_repeat, knows_truth=True)
-    inner = _WITH_PLANNER.get(name, name)
-    controller = _MAKERS[inner](config, models or Models(), rng or np.random.default_rng(0))
+    inner = name.removesuffix(_PLANNER) if is_own(name) else _WITH_PLANNER.get(name, name)
+    controller = _inner(inner, config, models or Models(), rng or np.random.default_rng(0))
     # A policy that sees the map has it from the planner, whose rollouts check it, or do nothing.
     has_map = inner == "policy" and sees_map((models or Models()).policy.observations)
     if has_map:
@@ -115,3 +123,13 @@ def make_steering(
         only_checks=has_map,
     )
     return Steering(controller, planner, repeat)
+
+
+def _inner(
+    name: str, config: SimulatedRobotConfig, models: Models, rng: np.random.Generator
+) -> Controller:
+    """Return a controller without a planner around it."""
+    if not is_own(name):
+        return _MAKERS[name](config, models, rng)
+    made: Controller = load_own(name, ("reset", "act"))(config, rng)
+    return made

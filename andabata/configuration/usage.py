@@ -3,26 +3,32 @@
 from collections.abc import Sequence
 from math import isfinite
 
+from andabata.own_code import is_own
+
 
 class UsageError(ValueError):
     """Options that contradict each other, or a value that is not one of an option."""
 
 
-def words(text: str, known: Sequence[str], option: str) -> tuple[str, ...]:
+def words(
+    text: str, known: Sequence[str], option: str, *, takes_own: bool = False
+) -> tuple[str, ...]:
     """Return the comma-separated words of an option.
 
     Args:
         text: Value of the option.
         known: Words that the option takes.
         option: Name of the option, for the error.
+        takes_own: True if it takes code of the user's own, too; see ``andabata.own_code``.
 
     Raises:
         UsageError: If there is no word, or one that is not in ``known``.
     """
     parts = tuple(word.strip() for word in text.split(",") if word.strip())
     for word in parts:
-        if word not in known:
-            raise UsageError(f"{option}: expected some of {', '.join(known)}, got {word!r}")
+        if word not in known and not (takes_own and is_own(word)):
+            own = " or FILE.py:NAME" if takes_own else ""
+            raise UsageError(f"{option}: expected some of {', '.join(known)}{own}, got {word!r}")
     if not parts:
         raise UsageError(f"{option}: expected some of {', '.join(known)}, got nothing")
     return parts

@@ -25,6 +25,7 @@ from andabata.machine.kinematics import Twist
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.machine.planar.readings import PlanarReadings
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES, PlanarVehicleConfig
+from andabata.own_code import own_digests
 from andabata.runs.folder import commit
 from andabata.runs.journal import Entry
 from andabata.tasks.rooms.planar_drive import (
@@ -199,7 +200,8 @@ class BarnComparison:
             about["files"] = {file.name: _digest(file) for file in _files(config)}
         if config.policy is not None:
             about["policy"] = hashlib.sha256(config.policy.read_bytes()).hexdigest()
-        return about
+        own = own_digests(config.controllers)
+        return about | ({"own": own} if own else {})
 
     def cells(self) -> Sequence[str]:
         """Return the names of the worlds."""

@@ -24,6 +24,7 @@ from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.fault_watch import FaultResponse
+from andabata.own_code import own_digests
 from andabata.runs.folder import commit
 from andabata.runs.journal import Entry
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
@@ -188,7 +189,9 @@ class OffroadComparison:
     def about(self) -> Entry:
         """Heading of the journal; an evaluation of more trials goes on with it."""
         config = self.config.model_dump(mode="json", exclude={"trials"})
-        return {"config": config, "models": self.hashes, "commit": commit()}
+        about: Entry = {"config": config, "models": self.hashes, "commit": commit()}
+        own = own_digests(self.config.controllers)
+        return about | ({"own": own} if own else {})
 
     def cells(self) -> Sequence[int]:
         """Return the numbers of the trials."""

@@ -185,7 +185,7 @@ class OffroadEvaluationOptions:
                 f"--world: expected one of {known} or a {SUFFIX} file, got {self.world!r}"
             )
         text = _OFFROAD_CONTROLLERS if driven.controllers is None else driven.controllers
-        controllers = words(text, CONTROLLERS, "--controllers")
+        controllers = words(text, CONTROLLERS, "--controllers", takes_own=True)
         trials = _OFFROAD_TRIALS if driven.trials is None else driven.trials
         if release is not None:
             controllers = with_those(controllers, JUDGED_BESIDE)
@@ -364,7 +364,9 @@ class BarnEvaluationOptions:
             {
                 "worlds": self.worlds,
                 "fields": fields,
-                "controllers": every if names is None else words(names, every, "--controllers"),
+                "controllers": every
+                if names is None
+                else words(names, every, "--controllers", takes_own=True),
                 "trials": trials,
                 "official": self.official,
                 "vehicle": PLANAR_VEHICLES[vehicle],

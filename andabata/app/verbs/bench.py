@@ -364,7 +364,7 @@ def chain(
     from andabata.configuration.settings import resolve
     from andabata.configuration.usage import words
 
-    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller")[:1]
+    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller", takes_own=True)[:1]
     given = settings.settings or []
     configs = [
         resolve(

@@ -55,7 +55,7 @@ def drive(
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.configuration.usage import numbers, words
 
-    (name,) = words(controller, CONTROLLERS, "--controller")[:1]
+    (name,) = words(controller, CONTROLLERS, "--controller", takes_own=True)[:1]
     base = robot.base().model_copy(update={"faults": faults.read()})
     config = settings.resolve(SimulatedRobotConfig, base)
     pairs = (numbers(text, 2, "--goal") for text in goal or ())

@@ -118,7 +118,7 @@ def navigate(
     from andabata.configuration.usage import words
 
     # A list is read as elsewhere; one robot has one controller, the first.
-    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller")[:1]
+    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller", takes_own=True)[:1]
     data = run_navigator(
         open_graph,
         name,

@@ -13,6 +13,7 @@ from andabata.navigation.planar.dynamic_window import DynamicWindowConfig, Dynam
 from andabata.navigation.planar.follow_gap import FollowGapNavigator
 from andabata.navigation.planar.mpc_navigator import WITH_MOVERS, WITH_TRUE_MOVERS, MpcNavigator
 from andabata.navigation.planar.null_navigators import RandomNavigator, StraightNavigator
+from andabata.own_code import is_own, load_own
 
 SHIPPED = "distilled"
 """Name of the policy that comes with the package, distilled from the sampling MPC."""
@@ -64,7 +65,8 @@ def planar_navigator(
     """Return a navigator by its name.
 
     Args:
-        name: Name in ``PLANAR_NAVIGATORS``.
+        name: Name in ``PLANAR_NAVIGATORS``, or the file and name of a class of the user's own that
+            is made with the same two and is a ``PlanarNavigator``.
         vehicle: Robot, as far as it is known.
         rng: Source of draws.
         policy: File of the policy of those that drive by one, None for the shipped one.
@@ -72,7 +74,11 @@ def planar_navigator(
     Raises:
         ValueError: If the file is no policy, or not a distilled one.
         OSError: If it cannot be read.
+        OwnCodeError: If the user's own cannot be used.
     """
     if policy is not None and name in DISTILLED:
         return _distilled(vehicle, DISTILLED[name], policy)
+    if is_own(name):
+        made: PlanarNavigator = load_own(name, ("reset", "act"))(vehicle, rng)
+        return made
     return PLANAR_NAVIGATORS[name](vehicle, rng)

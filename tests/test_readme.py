@@ -21,6 +21,7 @@ import pytest
 
 from andabata.app.cli import main
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
+from andabata.bench.movers import BenchMoversConfig
 from andabata.bench.studies.ros_graph import Graph, enable_interrupts, stop
 from andabata.bench.train_models import commands
 from andabata.configuration.settings import SettingsError, resolve
@@ -240,6 +241,7 @@ class Sheet:
         assert (Path(sys.prefix) / "bin/andabata").exists(), "expected an installed andabata"
         self.folder = folder
         (folder / ".venv").symlink_to(sys.prefix)
+        (folder / "examples").symlink_to(ROOT / "examples")
         # This checkout comes first; some documents have `andabata` without a path.
         path = f"{folder / '.venv/bin'}{os.pathsep}{os.environ['PATH']}"
         self.environment = os.environ | {"PYTHONPATH": str(ROOT), "PATH": path}
@@ -406,6 +408,7 @@ def test_settings_in_the_text_exist(document):
         GroundClassifierConfig(),
         DistillationConfig(),
         ImitationConfig(),
+        BenchMoversConfig(),
     ]
     bases += [load_plan(name, task=task) for task in TASKS for name in algorithms(task)]
     named = [text for span in spans((ROOT / document).read_text()) for text in settings(span)]

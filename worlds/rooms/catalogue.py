@@ -35,9 +35,9 @@ _RANDOM: dict[str, Callable[[int], Room]] = {
     "random": random_walled_room,
     "clutter": random_cluttered_room,
     "clutter-movers": partial(random_cluttered_room, movers=(1, 4)),
+    **{f"crowd-{people}": partial(crowd_room, people=people) for people in SIZES},
     "barn": barn_room,
     "barn-narrow": partial(barn_room, config=NARROW),
-    **{f"crowd-{people}": partial(crowd_room, people=people) for people in SIZES},
 }
 """What makes the random room of a seed, by kind."""
 

@@ -20,7 +20,8 @@ VEHICLE = PLANAR_VEHICLES["barn"]
 def readings(ranges=None, stamp=0.0, pose=(0.0, 0.0, 0.0), velocity=(0.0, 0.0)):
     """Return readings; all beams meet nothing by default."""
     found = np.full(LIDAR.count, np.inf) if ranges is None else ranges
-    return PlanarReadings(stamp, PlanarPose(*pose), Twist(*velocity), found.astype(np.float32))
+    seen, nobody = found.astype(np.float32), np.zeros((0, 5))
+    return PlanarReadings(stamp, PlanarPose(*pose), Twist(*velocity), seen, nobody)
 
 
 def wall_ahead(far, half_width=9.0, gate=None):

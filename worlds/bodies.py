@@ -1,9 +1,12 @@
 """Collision bodies of a world in pybullet: the ground as a heightfield, solid objects as meshes."""
 
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from terrain.classes import TRAITS
 from terrain.heightfield import Heightfield
@@ -118,14 +121,35 @@ def build_solids(world: World, client: int) -> tuple[int, ...]:
         corners, faces = corners + len(each.vertices), faces + len(each.triangles)
         full = faces > _MAX_TRIANGLES
         if full or number == len(solids) - 1:
-            shape = pybullet.createCollisionShape(
-                pybullet.GEOM_MESH,
-                vertices=np.concatenate(vertices).astype(np.float64),
-                indices=np.concatenate(triangles).ravel().astype(np.int32),
-                flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
-                physicsClientId=client,
-            )
-            bodies.append(pybullet.createMultiBody(0, shape, physicsClientId=client))
+            bodies.append(_mesh(np.concatenate(vertices), np.concatenate(triangles), client))
             vertices, triangles = [], []
             corners = faces = 0
     return tuple(bodies)
+
+
+def _mesh(vertices: NDArray[np.floating], triangles: NDArray[np.integer], client: int) -> int:
+    """Create a body of a mesh that may be hollow, and return its identifier.
+
+    It is read from a file, of which nothing is kept: pybullet never frees a mesh that it is given
+    as arrays, 6 MB in a natural world, not even when its client is disconnected.
+
+    Args:
+        vertices: Corners [m], shape (v, 3).
+        triangles: Indices of the corners of each face, shape (t, 3).
+        client: Identifier of the physics client.
+    """
+    pybullet.setPhysicsEngineParameter(enableFileCaching=0, physicsClientId=client)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "mesh.obj"
+        corners = ("v %.9g %.9g %.9g\n" * len(vertices)) % tuple(vertices.ravel().tolist())
+        faces = ("f %d %d %d\n" * len(triangles)) % tuple((triangles + 1).ravel().tolist())
+        file.write_text(corners + faces, encoding="utf-8")
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_MESH,
+            fileName=str(file),
+            flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
+            physicsClientId=client,
+        )
+        # The file is read again for the body.
+        body: int = pybullet.createMultiBody(0, shape, physicsClientId=client)
+    return body

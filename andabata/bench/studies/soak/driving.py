@@ -95,7 +95,7 @@ def _driver() -> Callable[[int], float]:
 
 
 def loops_of_drives_end(count: int, folder: Path) -> Outcome:
-    """Check that robots that are made, driven for a moment and closed leave nothing open.
+    """Check that robots that are made, driven for a moment and closed leave nothing behind.
 
     The plants take turns: one of them has an engine of its own in each robot.
 
@@ -103,7 +103,8 @@ def loops_of_drives_end(count: int, folder: Path) -> Outcome:
         count: Number of loops.
         folder: Folder for its files; none are made.
     """
-    tally, models, scenes, longest, opened = Tally(), Models(), SceneCache(1), 0.0, 0
+    tally, models, scenes = Tally(), Models(), SceneCache(1)
+    longest, opened, memory = 0.0, 0, 0.0
     scene = scenes.get("natural-test", _WORLDS[0])
     for number in range(count):
         config = SimulatedRobotConfig(plant=_PLANTS[number % len(_PLANTS)])
@@ -121,11 +122,13 @@ def loops_of_drives_end(count: int, folder: Path) -> Outcome:
         tally.trials += 1
         longest = max(longest, time.monotonic() - begin if number >= _WARM_UP else 0.0)
         if number == min(_WARM_UP, count) - 1:
-            opened = _open_files()
-    left = _open_files() - opened
+            opened, memory = _open_files(), _memory()
+    left, growth = _open_files() - opened, max(_memory() - memory, 0.0)
     tally.expect(left <= 0, f"expected no file to stay open, got {left} more")
+    tally.expect(growth < _LARGEST_GROWTH, f"memory: expected less, got {growth:.0f} MB more")
     return tally.outcome(
-        f"{tally.trials:,} loops, the longest of {longest:.1f} s, {left} left open"
+        f"{tally.trials:,} loops, the longest of {longest:.1f} s, {left} left open, "
+        f"{growth:.0f} MB more"
     )
 
 

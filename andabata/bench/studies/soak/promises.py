@@ -196,7 +196,7 @@ PROMISES = (
         unit="loops",
         short=40,
         full=1_000,
-        limit="0 hangs, 0 errors, 0 files open",
+        limit="0 hangs, 0 errors, 0 files open, 50 MB",
         hours=2.0,
         least=8,
     ),

@@ -50,6 +50,11 @@ def test_loops_leave_nothing_open(tmp_path, monkeypatch):
     (failure,) = loops_of_drives_end(3, tmp_path).failures
     assert failure == "expected no file to stay open, got 2 more"
     monkeypatch.setattr(driving, "_open_files", lambda: 1)
+    sizes = iter((300.0, 360.0))
+    monkeypatch.setattr(driving, "_memory", lambda: next(sizes))
+    (failure,) = loops_of_drives_end(3, tmp_path).failures
+    assert failure == "memory: expected less, got 60 MB more"
+    monkeypatch.setattr(driving, "_memory", lambda: 300.0)
     monkeypatch.setattr(driving, "SimulatedRobot", lambda *_: 1 / 0)
     assert "ZeroDivisionError" in loops_of_drives_end(1, tmp_path).failures[0]
 

@@ -36,7 +36,7 @@ def test_a_controller_of_ones_own_is_compared_with_others(capsys):
 
 
 def test_a_navigator_of_ones_own_is_compared_with_others(capsys):
-    """It waits for people where ``straight`` drives into them."""
+    """On the same rooms as ``straight``; it drives into nobody."""
     own = "examples/own_navigator.py:StopAndGo"
     data = run(
         *(capsys, "evaluate", "--task", "barn", "--fields", "crowd-5", "--trials", "1"),

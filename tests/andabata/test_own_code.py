@@ -9,7 +9,9 @@ from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.usage import UsageError, words
 from andabata.evaluation.barn import BarnComparison, BarnEvaluationConfig
+from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES
+from andabata.models import Models
 from andabata.navigation.planar.catalogue import planar_navigator
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.own_code import OwnCodeError, is_own, load_own, own_digests
@@ -117,3 +119,5 @@ def test_a_journal_tells_one_law_from_another(law):
     assert "own" not in BarnComparison(config).about
     own = config.model_copy(update={"controllers": (f"{law}:Ahead",)})
     assert BarnComparison(own).about["own"] == {law: digest}
+    offroad = EvaluationConfig(controllers=(f"{law}:Ahead+planner",), trials=1)
+    assert OffroadComparison.of(offroad, Models()).about["own"] == {law: digest}

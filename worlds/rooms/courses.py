@@ -90,8 +90,8 @@ def pass_period(
         begin: Time of the begin of the period [s].
         dt: Length of a sub-step [s].
         rows: Movers after each sub-step, the first axis, filled.
-        people: What people among those without a course want in this period, and the solids near
-            each; None without any.
+        people: Agents, with what they want in this period, and the solids near each; None without
+            people.
     """
     for row in range(len(rows.radii)):
         if people is not None:

@@ -34,8 +34,8 @@ class PlanarReadings:
         velocity: Measured speed [m/s] and yaw rate [rad/s].
         ranges: Range of each beam of the laser from its origin, infinite without a return, NaN
             where nothing was measured [m], float32, shape (b,).
-        movers: What truly moves, seen or not, in the frame of the odometry: x, y [m], velocity
-            [m/s] and radius [m], shape (m, 5). None of a real robot, which cannot know.
+        movers: True movers, seen or not, in the frame of the odometry: x, y [m], velocity [m/s] and
+            radius [m], shape (m, 5). None of a real robot, which cannot know.
     """
 
     stamp: float

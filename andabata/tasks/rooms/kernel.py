@@ -145,11 +145,11 @@ def drive(
         edges = rooms.edges[room, : rooms.edge_counts[room]]
         if people is not None:
             agents, own = agents_of(people[0], k), movers_of(movers, k)
-            solids, half = Solids(boxes, circles, edges), rooms.halves[room]
+            solids = Solids(boxes, circles, edges)
+            half = rooms.halves[room, 0], rooms.halves[room, 1]
             vx, vy = motion[V] * np.cos(motion[YAW]), motion[V] * np.sin(motion[YAW])
             robot = RobotMotion(motion[X], motion[Y], vx, vy, radius)
-            extent = half[0], half[1]
-            nearby = decide(own, agents, solids, extent, robot, people[1][k], period)
+            nearby = decide(own, agents, solids, half, robot, people[1][k], period)
         for _ in range(substeps):
             move_along_arc(motion, X, motion[V] * dt, motion[W] * dt)
             if people is not None:

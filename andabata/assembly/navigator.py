@@ -157,7 +157,8 @@ def make_perception(
     assembler = CloudAssembler(config.assembly, config.robot.lidar_height)
     movers = None
     if config.movers is not None:
-        movers = MoverPerception(config.movers, config.robot.lidar_height)
+        rows = config.sensing.lidar.rows_deg
+        movers = MoverPerception(config.movers, config.robot.lidar_height, rows_deg=rows)
     layers = None
     if with_layers:
         planner = config.local_planner

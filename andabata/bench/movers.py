@@ -129,7 +129,8 @@ def drive_among_movers(config: MoverPerceptionConfig, seconds: float, case: Case
     robot_config = SimulatedRobotConfig.model_validate(settings)
     steering = make_steering("policy+planner", scene.world, robot_config, models)
     robot = SimulatedRobot(scene, robot_config, models, steering)
-    movers = MoverPerception(config, robot_config.robot.lidar_height)
+    rows = robot_config.sensing.lidar.rows_deg
+    movers = MoverPerception(config, robot_config.robot.lidar_height, rows_deg=rows)
     probe = MoverProbe(case, robot, movers)
     task = scene.world.tasks[0]
     goals = [np.array(goal) for goal in task.goals]

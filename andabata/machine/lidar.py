@@ -89,6 +89,15 @@ class LidarConfig(BaseModel):
         return self.span_deg is not None or self.elevations_deg is not None
 
     @property
+    def rows_deg(self) -> tuple[float, ...]:
+        """Elevations of a multi-beam laser's rows, increasing [deg]; none of one without rows."""
+        if self.elevations_deg is not None:
+            return self.elevations_deg
+        if self.span_deg is None or self.weave:
+            return ()
+        return tuple(np.linspace(*self.span_deg, self.beams).tolist())
+
+    @property
     def neighbour_stride(self) -> int:
         """Number of beams from one to its neighbour, counted through all sweeps; 0 without any."""
         if self.weave:

@@ -38,6 +38,10 @@ _SETTLING = 0.05
 _LOW = 0.3
 """Height over the ground up to which returns may raise it [m]."""
 
+_BESIDE_ROBOT = 2.0
+"""Distance from the robot up to which ground that was never seen is as high as the robot stands: a
+laser sees none below its lowest beam [m]."""
+
 
 class FreeSpaceConfig(BaseModel):
     """Settings of the free space grid, all of them assumptions.
@@ -160,7 +164,8 @@ class FreeSpaceGrid:
             self._begin = float(rays.stamps.min()) - _EARLIEST
         self._newest = float(rays.stamps.max()) - self._begin
         self._grid.follow(position[:2])
-        return _observe(self._grid.values, self._grid.centre, *rays, self._begin, self._law)
+        base = float(position[2])
+        return _observe(self._grid.values, self._grid.centre, *rays, base, self._begin, self._law)
 
     def left_places(self) -> NDArray[np.float64]:
         """Return the middles of the cells that something came to and has left [m], shape (k, 2)."""
@@ -246,6 +251,7 @@ def _observe(
     ends: NDArray[np.float32],
     stamps: NDArray[np.float64],
     is_return: NDArray[np.bool_],
+    base: float,
     begin: float,
     law: _Law,
 ) -> NDArray[np.float64]:
@@ -258,12 +264,13 @@ def _observe(
         ends: Ends of the beams [m], shape (n, 3).
         stamps: Their times [s], shape (n,).
         is_return: True where a beam was returned, shape (n,).
+        base: Height of the robot's base [m].
         begin: Time of the grid's stamp 0 [s].
         law: Numbers of the settings.
     """
-    _level(values, origin, ends, is_return, law)
-    returns = _returns(values, origin, ends, stamps, is_return, begin, law)
-    _pass(values, origin, ends, stamps, is_return, begin, law)
+    _level(values, origin, ends, is_return, base, law)
+    returns = _returns(values, origin, ends, stamps, is_return, base, begin, law)
+    _pass(values, origin, ends, stamps, is_return, base, begin, law)
     return returns
 
 
@@ -273,6 +280,7 @@ def _level(
     origin: NDArray[np.float64],
     ends: NDArray[np.float32],
     is_return: NDArray[np.bool_],
+    base: float,
     law: _Law,
 ) -> None:
     """Bring the heights of the ground to the lowest returns."""
@@ -283,8 +291,10 @@ def _level(
             continue
         i, j = int(np.floor(ends[k, 0] / law.cell)), int(np.floor(ends[k, 1] / law.cell))
         i, j, z = i & last, j & last, ends[k, 2]
-        ground = values[i, j, _GROUND]
-        if values[i, j, _IS_KNOWN] == 0.0 or z < ground:
+        ground, is_known = values[i, j, _GROUND], values[i, j, _IS_KNOWN] > 0.0
+        if not is_known and far < _BESIDE_ROBOT and z > base + law.low:
+            continue
+        if not is_known or z < ground:
             values[i, j, _GROUND], values[i, j, _IS_KNOWN] = z, 1.0
         elif z < ground + _LOW:
             # The estimate of the height drifts: what rises slowly is the ground.
@@ -310,6 +320,7 @@ def _returns(
     ends: NDArray[np.float32],
     stamps: NDArray[np.float64],
     is_return: NDArray[np.bool_],
+    base: float,
     begin: float,
     law: _Law,
 ) -> NDArray[np.float64]:
@@ -320,7 +331,10 @@ def _returns(
         if not is_return[k] or far > law.max_range or far < law.min_range:
             continue
         i, j = int(np.floor(ends[k, 0] / law.cell)), int(np.floor(ends[k, 1] / law.cell))
-        height = ends[k, 2] - _ground_at(values, i, j)
+        ground = _ground_at(values, i, j)
+        if ground == np.inf and far < _BESIDE_ROBOT:
+            ground = base
+        height = ends[k, 2] - ground
         if not law.low <= height <= law.high:
             continue
         stamp = np.float32(stamps[k] - begin)
@@ -372,6 +386,7 @@ def _pass(
     ends: NDArray[np.float32],
     stamps: NDArray[np.float64],
     is_return: NDArray[np.bool_],
+    base: float,
     begin: float,
     law: _Law,
 ) -> None:
@@ -387,18 +402,20 @@ def _pass(
             continue
         dx, dy, dz = dx / far, dy / far, dz / far
         # From cell to cell; corners may be left out, other beams do not.
-        stamp, ground = np.float32(stamps[k] - begin), np.float32(-np.inf)
+        stamp, ground, is_known = np.float32(stamps[k] - begin), np.float32(base), False
         steps = int((stop - law.min_range) / law.cell) + 1
         x, y = origin[0] + law.min_range * dx, origin[1] + law.min_range * dy
         z = origin[2] + law.min_range * dz
-        for _ in range(steps):
+        for step in range(steps):
             i, j = int(np.floor(x / law.cell)) & last, int(np.floor(y / law.cell)) & last
             x, y, height = x + law.cell * dx, y + law.cell * dy, z
             z += law.cell * dz
             if values[i, j, _IS_KNOWN] > 0.0:
-                ground = values[i, j, _GROUND]
+                ground, is_known = values[i, j, _GROUND], True
+            elif not is_known and law.min_range + step * law.cell > _BESIDE_ROBOT:
+                continue
             height -= ground
-            if height > law.high and height < np.inf and dz > 0.0:
+            if height > law.high and dz > 0.0:
                 break
             if not law.low <= height <= law.high or values[i, j, _HIT] >= first:
                 continue

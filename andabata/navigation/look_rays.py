@@ -14,6 +14,7 @@ from andabata.machine.beams import BeamTables, place_beams, place_points
 from andabata.machine.pose import PoseTrack
 from andabata.machine.sensor_readings import Sweeps
 from andabata.navigation.free_space_grid import Rays
+from andabata.navigation.silent_rows import SilentRows
 from traversability.cloud import PointCloud
 
 
@@ -24,7 +25,11 @@ class LookConfig(BaseModel):
         elevations_deg: Lowest and highest elevation of a turning laser's beams [deg].
         beam_stride: Number of a turning laser's beams of which one counts.
         max_points: Largest number of points of a 3D laser's cloud.
-        free_range: Range that a turning laser's beam without a return has passed [m].
+        free_range: Range that a beam without a return has passed [m].
+        silent_elevations_deg: Lowest and highest elevation of a 3D laser's beams without a return
+            that count [deg].
+        silent_interval: Number of clouds of which one is searched for such beams; it takes longer
+            than all the rest.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -33,6 +38,8 @@ class LookConfig(BaseModel):
     beam_stride: int = Field(default=2, ge=1)
     max_points: int = Field(default=3000, ge=100)
     free_range: float = Field(default=8.0, gt=0)
+    silent_elevations_deg: tuple[float, float] = (-10.0, 12.0)
+    silent_interval: int = Field(default=5, ge=1)
 
 
 class LookRays:
@@ -42,15 +49,23 @@ class LookRays:
         config: Settings.
     """
 
-    def __init__(self, config: LookConfig, lidar_height: float) -> None:
+    def __init__(
+        self, config: LookConfig, lidar_height: float, rows_deg: tuple[float, ...] = ()
+    ) -> None:
         """Begin.
 
         Args:
             config: Settings.
             lidar_height: Height of the optical centre above ``base_footprint`` [m].
+            rows_deg: Elevations of a 3D laser's rows, increasing [deg]; none if they are unknown,
+                and then no beam without a return counts.
         """
         self.config = config
         self._height = lidar_height
+        self._silent = None
+        if len(rows_deg) > 1:
+            self._silent = SilentRows(rows_deg, config.silent_elevations_deg)
+        self._frames = 0
         self._tables = BeamTables()
         self._elevations: NDArray[np.float32] | None = None
         self._chosen = np.empty(0, dtype=np.int64)
@@ -94,7 +109,8 @@ class LookRays:
     def of_frame(self, frame: PointCloud, track: PoseTrack) -> Rays | None:
         """Return points of a 3D laser's cloud, others each time, None without any; one look.
 
-        Beams without a return are not in a cloud.
+        Beams without a return are not in a cloud: of a laser whose rows are known they are where
+        it has none.
 
         Args:
             frame: Points with times, as in ``SensorReadings.frames``.
@@ -110,5 +126,10 @@ class LookRays:
         ends = place_points(chosen, track, self._height)
         middle = float(chosen.stamps.mean())
         origin = track.at(np.array([middle]))[0, :3] + [0.0, 0.0, self._height]
-        count = len(ends)
-        return Rays(origin, ends, np.full(count, middle), np.ones(count, dtype=np.bool_))
+        is_return = np.ones(len(ends), dtype=np.bool_)
+        self._frames += 1
+        if self._silent is not None and self._frames % self.config.silent_interval == 0:
+            silent = self._silent.ends(frame, self._height, self.config.free_range)
+            ends = np.concatenate([ends, place_points(silent, track, self._height)])
+            is_return = np.concatenate([is_return, np.zeros(len(silent), dtype=np.bool_)])
+        return Rays(origin, ends, np.full(len(ends), middle), is_return)

@@ -134,7 +134,11 @@ class MoverPerception:
     """
 
     def __init__(
-        self, config: MoverPerceptionConfig, lidar_height: float, period: float = 0.1
+        self,
+        config: MoverPerceptionConfig,
+        lidar_height: float,
+        period: float = 0.1,
+        rows_deg: tuple[float, ...] = (),
     ) -> None:
         """Begin without movers.
 
@@ -142,13 +146,14 @@ class MoverPerception:
             config: Settings.
             lidar_height: Height of the optical centre above ``base_footprint`` [m].
             period: Control period [s].
+            rows_deg: Elevations of a 3D laser's rows, increasing [deg]; none if they are unknown.
         """
         self.config = config
         self._height, self._period = lidar_height, period
         self._grid = FreeSpaceGrid(config.free_space)
         self._law = DetectorLaw.of(config.detector, config.free_space.cell)
         self._turning, self._frames = self._tracks(config.turning), self._tracks(config.frames)
-        self._rays = LookRays(config.look, lidar_height)
+        self._rays = LookRays(config.look, lidar_height, rows_deg)
         self._memory = max(config.look_time, config.turning.turn_time, config.frames.turn_time)
         self.reset()
 

@@ -345,3 +345,12 @@ def test_a_reset_without_differences_is_the_laser_as_built(make_scene):
     np.testing.assert_array_equal(
         lidar.sweeps(0.5, 1.0, track).ranges, other.sweeps(0.5, 1.0, track).ranges
     )
+
+
+def test_rows_are_the_elevations_of_a_multibeam_laser():
+    """A plane and a rosette have none."""
+    assert LidarConfig(span_deg=(-15.0, 15.0), beams=11).rows_deg == tuple(range(-15, 16, 3))
+    table = tuple(float(k) for k in range(-20, 2, 2))
+    assert LidarConfig(elevations_deg=table, beams=11).rows_deg == table
+    assert LidarConfig().rows_deg == ()
+    assert LidarConfig(span_deg=(-52.0, 7.0), beams=100, weave=0.0137).rows_deg == ()

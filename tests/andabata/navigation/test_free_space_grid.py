@@ -203,3 +203,17 @@ def test_returns_keep_their_times_and_the_grid_follows_the_robot():
     assert kinds(look(moved, scene(BODY), 0.0)) == {UNKNOWN}
     nothing = Rays(HERE, np.empty((0, 3), np.float32), np.empty(0), np.empty(0, np.bool_))
     assert moved.update(nothing, HERE).shape == (0, 5)
+
+
+def test_ground_that_no_beam_reaches_is_as_high_as_the_robot_stands():
+    """Beside the robot a walker comes to free places; farther away nothing is known of them."""
+    base = np.array([0.0, 0.0, 5.0])
+    for distance, kind in ((1.3, CAME), (2.5, UNKNOWN)):
+        free = grid()
+        for k in range(3):
+            look(free, [(6.0, 0.1, 5.0 + EYE)], 0.1 * k, is_return=False, base=base)
+        body = [(distance, 0.1, 5.0 + height) for height in np.arange(0.4, 1.2, 0.1)]
+        returns = look(free, body, 0.3, base=base)
+        assert set(returns[:, KIND].tolist()) == {kind}
+    returns = look(grid(), [(1.3, 0.1, 5.9)], 0.0, base=base)
+    np.testing.assert_allclose(returns[:, HEIGHT], 0.9, atol=1e-6)

@@ -67,3 +67,21 @@ def test_clouds_are_thinned_to_their_largest_number_by_turns():
     np.testing.assert_allclose(looks[0].origin, [0.0, 0.0, EYE])
     empty = frame.select(np.zeros(len(frame.points), dtype=np.bool_))
     assert rays.of_frame(empty, track) is None
+
+
+def test_beams_of_known_rows_that_met_nothing_are_added_now_and_then():
+    """Every second cloud here; without known rows there are none."""
+    frame = next(frame_readings(0.1, lambda stamp: WALKER)).frames[0]
+    rows = tuple(np.linspace(-22.5, 22.5, 40).tolist())
+    config, track = LookConfig(silent_interval=2, free_range=6.0), standing_track(1.0)
+    known, unknown = LookRays(config, EYE, rows), LookRays(config, EYE)
+    looks = [known.of_frame(frame, track) for _ in range(4)]
+    counts = [np.count_nonzero(~look.is_return) for look in looks]
+    assert counts[0] == counts[2] == 0
+    assert counts[1] == counts[3] > 100
+    silent = looks[1].ends[~looks[1].is_return]
+    np.testing.assert_allclose(np.linalg.norm(silent - looks[1].origin, axis=1), 6.0, rtol=1e-5)
+    # Above the horizon nothing is met but the walker.
+    bearings = np.degrees(np.arctan2(silent[:, 1], silent[:, 0]))
+    assert np.abs(bearings - np.degrees(np.arctan2(*WALKER[0, 1::-1]))).min() > 3.0
+    assert all(unknown.of_frame(frame, track).is_return.all() for _ in range(4))

@@ -1,5 +1,7 @@
 """Movers off-road: a walker before a standing robot, what sways, slopes, and a pose that jumps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -107,3 +109,19 @@ def test_what_stands_a_while_is_no_mover_when_it_goes_unseen():
     for readings in turning_readings(0.3, lambda stamp: NOWHERE):
         perception.update(readings, standing_track(1.0))
     assert not len(perception.movers.radii)
+
+
+def test_a_walker_on_open_ground_is_followed_by_the_rows_of_its_laser():
+    """Where the ground falls away nothing returns from behind it."""
+    rows = tuple(np.linspace(-22.5, 22.5, 40).tolist())
+    begin, seconds = 2.5, 5.0
+    numbers = []
+    for known in (rows, ()):
+        perception = MoverPerception(MoverPerceptionConfig(), EYE, rows_deg=known)
+        for readings in frame_readings(seconds, walker(begin)):
+            cloud = readings.frames[0]
+            near = np.hypot(*cloud.points[:, :2].T) < 3.6
+            seen = replace(readings, frames=(cloud.select(near),))
+            perception.update(seen, standing_track(seconds))
+        numbers.append(len(perception.movers.radii))
+    assert numbers == [1, 0]

@@ -68,8 +68,8 @@ class FreeSpaceConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     cell: float = Field(default=0.2, gt=0)
-    cells: PowerOfTwo = Field(default=64, ge=16, le=512)
-    max_range: float = Field(default=6.0, gt=0)
+    cells: PowerOfTwo = Field(default=128, ge=16, le=512)
+    max_range: float = Field(default=8.0, gt=0)
     min_range: float = Field(default=0.5, ge=0)
     heights: tuple[float, float] = (0.3, 1.6)
     margin: float = Field(default=0.3, ge=0)

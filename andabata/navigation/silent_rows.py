@@ -107,7 +107,7 @@ def _silent(
 
 @borrowing_kernel
 def _sector(x: float, y: float) -> int:
-    """Return the sector of a direction; sectors are equal on the square |x| + |y| = 1, not in angle."""
+    """Return the sector of a direction: one of equal parts of the square |x| + |y| = 1."""
     size = abs(x) + abs(y)
     across = y / size if size > 0.0 else 0.0
     # From -2 to 2 once around: 0 ahead, 1 to the left, -1 to the right.

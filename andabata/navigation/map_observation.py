@@ -186,6 +186,17 @@ def _place_terms(ahead: float, aside: float) -> list[float]:
     return [ahead / away, aside / away, _NEAR_GOAL / (_NEAR_GOAL + away)]
 
 
+def place_of(terms: NDArray[np.float32]) -> tuple[float, float]:
+    """Return how far ahead and to the left a place is [m] whose terms are ``goal`` or ``subgoal``.
+
+    Args:
+        terms: Cosine and sine of its bearing, and how near it is, shape (3,).
+    """
+    cosine, sine, nearness = terms.tolist()
+    away = _NEAR_GOAL * (1.0 / max(nearness, 1e-6) - 1.0)
+    return away * cosine, away * sine
+
+
 def goal_in_robot(situation: ControllerInput) -> NDArray[np.float64]:
     """Return the goal itself in the robot's frame [m], shape (2,)."""
     x, y = (situation.goal - situation.pose.position[:2]).tolist()

@@ -132,3 +132,62 @@ def imitate(
     last = rounds[-1]
     text = f"{file}: {len(data)} bytes, from {last.labels} labels, regret {last.regret:.3f} s"
     console.result(result, text)
+
+
+@app.command()
+@command
+def decisions(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder of `policy imitate`.")
+    ] = Path("data/runs/imitated"),
+    *,
+    out: Annotated[Path, typer.Option(help="PNG file to write.")] = Path("decisions.png"),
+    count: Annotated[int, typer.Option(min=1, max=20, help="Number of decisions.")] = 4,
+    worst: Annotated[
+        bool, typer.Option("--worst/--any", help="The dearest ones, each of another time, or any.")
+    ] = True,
+    seed: Seed = 0,
+    output: ConsoleOptions,
+) -> None:
+    """Draw decisions of an imitation: what was seen, and all actions' prices.
+
+    They are of the last round's drives, by the policy of the round before, which has not learned
+    from them.
+
+    Examples:
+        andabata policy decisions data/runs/imitated --out decisions.png
+        andabata policy decisions data/runs/imitated --any --count 6 --json
+    """
+    import numpy as np
+
+    from andabata.report.plots.axes import png
+    from andabata.report.plots.decisions import Decision, decisions_figure
+    from andabata.runs import atomic_io
+    from andabata.training.imitation import dearest, judge_decisions
+
+    judged = judge_decisions(folder)
+    labels, total = judged.labels, len(judged.regrets)
+    if worst:
+        chosen = dearest(judged.regrets, count)
+    else:
+        chosen = np.random.default_rng(seed).permutation(total)[:count].tolist()
+    rows = [
+        Decision(labels.observations[k].astype(np.float32), judged.given[k], labels.prices[k])
+        for k in chosen
+    ]
+    figure = decisions_figure(rows, judged.policy.observations, judged.table, judged.clip)
+    atomic_io.write(out, png(figure))
+    regrets = np.minimum(judged.regrets, judged.clip)
+    data = {
+        "out": str(out),
+        "decisions": total,
+        "regret_s": float(regrets.mean()),
+        "above_1_s": float((regrets > 1.0).mean()),
+        "above_3_s": float((regrets > 3.0).mean()),
+        "shown": [{"number": k, "regret_s": float(judged.regrets[k])} for k in chosen],
+    }
+    text = (
+        f"{out}: {len(chosen)} of {total} decisions; mean regret {data['regret_s']:.3f} s, "
+        f"{100 * float((regrets > 3.0).mean()):.1f} % cost more than 3 s"
+    )
+    output.console().result(data, text)

@@ -34,6 +34,15 @@ def test_an_imitation_writes_its_policy_which_drives(capsys, tmp_path):
     assert main(words) == 0
     data = json.loads(capsys.readouterr().out)
     assert [one["round"] for one in data["rounds"]] == [0]
+    picture = tmp_path / "decisions.png"
+    for which in ("--worst", "--any"):
+        words = ["policy", "decisions", str(out), "--out", str(picture), "--count", "2", which]
+        assert main([*words, "--json"]) == 0
+        drawn = json.loads(capsys.readouterr().out)
+        assert drawn["decisions"] == data["rounds"][0]["labels"]
+        assert drawn["shown"]
+        assert 0.0 <= drawn["above_3_s"] <= drawn["above_1_s"] <= 1.0
+        assert picture.read_bytes().startswith(b"\x89PNG")
     drive = ["drive", "--world", "natural-test", "--seed", "7300", "--controller", "policy"]
     drive += ["--policy", data["policy"], "--set", "plant=kinematic", "--time-limit", "6"]
     assert main([*drive, "--out", str(tmp_path / "drive"), "--quiet", "--json"]) == 0

@@ -15,6 +15,7 @@ from andabata.navigation.map_observation import (
     map_observations,
     mirrored_actions,
     mirrored_observations,
+    place_of,
     sees_map,
 )
 from andabata.navigation.planning.local_planner import LocalPlanner
@@ -39,6 +40,19 @@ def seen_by(ranges, **changes):
 def part(observation, name):
     """Return a term of an observation in its shape."""
     return observation[SPEC.slice_of(name)].reshape(SPEC.term(name).shape)
+
+
+@pytest.mark.parametrize("name", ["goal", "subgoal"])
+def test_places_can_be_read_from_their_terms(name):
+    """Ahead and to the left, in metres."""
+    seen = seen_by(between(-40, 40, 4.0))
+    ahead, left = place_of(part(seen, name))
+    cosine, sine, nearness = part(seen, name).tolist()
+    assert math.hypot(ahead, left) == pytest.approx(4.0 / nearness - 4.0, rel=1e-4)
+    assert math.atan2(left, ahead) == pytest.approx(math.atan2(sine, cosine), abs=1e-5)
+    if name == "goal":
+        expected = goal_in_robot(situation(scan_of(between(-40, 40, 4.0))))
+        np.testing.assert_allclose([ahead, left], expected, atol=1e-3)
 
 
 def test_the_map_shows_a_wall_ahead():

@@ -5,7 +5,14 @@ import pytest
 
 from andabata.navigation.map_observation import action_table
 from andabata.tasks.episode_monitor import TerminationConfig
-from andabata.training.imitation import ImitationConfig, beyond_best, fit, imitate
+from andabata.training.imitation import (
+    ImitationConfig,
+    beyond_best,
+    dearest,
+    fit,
+    imitate,
+    judge_decisions,
+)
 from andabata.training.map_labels import MapLabels, MapLabelsConfig
 from rl.policies.crop_prices import CropPricesPolicy
 
@@ -85,3 +92,36 @@ def test_rounds_without_a_driver_are_refused():
     """By the setting's name."""
     with pytest.raises(ValueError, match="teacher_shares"):
         ImitationConfig(drives=(1,), teacher_shares=(0.5,))
+
+
+def test_decisions_are_judged_by_the_policy_that_has_not_learned_from_them(tmp_path):
+    """The labels are the last round's, the policy that of the round before."""
+    config = ImitationConfig(
+        driving=DRIVING, hidden=(32,), epochs=20, batch_size=25, learning_rate=3e-3
+    )
+    labels = labels_that_turn_to_the_goal()
+    away = MapLabels(labels.observations[:50], labels.prices[:50][:, ::-1])
+    about = {"config": config.model_dump(mode="json")}
+    policies = [fit(labels, config, 0, about), fit(away, config, 0, about)]
+    for k, (one, policy) in enumerate(zip((labels, away), policies, strict=True)):
+        np.savez(tmp_path / f"round-{k}.npz", **one._asdict())
+        (tmp_path / f"round-{k}.safetensors").write_bytes(policy.to_bytes())
+    judged = judge_decisions(tmp_path)
+    np.testing.assert_array_equal(judged.labels.prices, away.prices)
+    seen = away.observations.astype(np.float32)
+    np.testing.assert_array_equal(judged.given[3], policies[0].prices(seen[3]))
+    choice = int(judged.given[3].argmin())
+    assert judged.regrets[3] == away.prices[3, choice] - away.prices[3].min()
+    assert judged.regrets.mean() > 0.2
+    (tmp_path / "round-1.safetensors").unlink()
+    assert judge_decisions(tmp_path).regrets.mean() < 0.1
+    (tmp_path / "round-0.safetensors").unlink()
+    with pytest.raises(ValueError, match="andabata policy imitate --out"):
+        judge_decisions(tmp_path)
+
+
+def test_the_dearest_decisions_are_of_different_times():
+    """The neighbours of a dear one are left out."""
+    regrets = np.array([0.0, 5.0, 6.0, 4.0, 1.0, 3.0, 0.5], dtype=np.float32)
+    assert dearest(regrets, 3, apart=2) == [2, 5, 0]
+    assert dearest(regrets, 1) == [2]

@@ -2,7 +2,8 @@
 
 A cloud holds returns alone. Of a laser whose rows are known, a direction of a row without a return
 is one where it met nothing: over open ground nothing else tells that the air is free. Directions
-are grouped, and a group counts if no beam in it was returned, so that one lost return is nothing.
+are grouped, and a group counts if no beam in it and in those around it was returned, so that
+neither one lost return nor a gap between leaves is nothing.
 """
 
 import numpy as np
@@ -95,7 +96,7 @@ def _silent(
         x, y = abs(turn) - 1.0, (1.0 - abs(abs(turn) - 1.0)) * np.sign(turn)
         away = np.hypot(x, y)
         for row in range(rows):
-            if is_seen[row, sector] or newest[sector] == _NEVER:
+            if newest[sector] == _NEVER or _is_met(is_seen, row, sector):
                 continue
             level = free_range / np.sqrt(1.0 + slopes[row] * slopes[row])
             ends[count, 0], ends[count, 1] = -x / away * level, y / away * level
@@ -103,6 +104,16 @@ def _silent(
             times[count] = newest[sector]
             count += 1
     return ends[:count].copy(), times[:count].copy()
+
+
+@borrowing_kernel
+def _is_met(is_seen: NDArray[np.bool_], row: int, sector: int) -> bool:
+    """Return True if a beam of a row and sector, or of those around them, was returned."""
+    for a in range(max(row - 1, 0), min(row + 2, len(is_seen))):
+        for b in range(sector - 1, sector + 2):
+            if is_seen[a, b % _SECTORS]:
+                return True
+    return False
 
 
 @borrowing_kernel

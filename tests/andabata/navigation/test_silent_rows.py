@@ -48,7 +48,7 @@ def test_beams_over_open_ground_passed_the_free_range(frame):
     points = cloud(open_ahead, frame, 0.0 if frame == "sensor" else 0.7)
     bearings, elevations, ranges, stamps = silent(points)
     assert np.abs(bearings).max() < 30.0
-    assert np.abs(bearings).max() > 25.0
+    assert np.abs(bearings).max() > 21.0
     np.testing.assert_allclose(np.unique(np.round(elevations, 3)), [-10.0, -5.0, 0.0, 5.0])
     np.testing.assert_allclose(ranges, 8.0, rtol=1e-5)
     looked_at = 7.0 + (bearings + 180.0) / STEP * 1e-4
@@ -64,6 +64,21 @@ def test_a_body_is_passed_by_no_beam():
     bearings, *_ = silent(cloud(body))
     assert np.abs(bearings - 10.0).min() > 4.0
     assert np.count_nonzero(np.abs(bearings - 10.0) < 9.0)
+
+
+def test_gaps_between_leaves_are_not_passed():
+    """A shrub that stops half of the beams, in runs of columns, is passed by none."""
+    rng = np.random.default_rng(0)
+    stops = rng.random((len(ROWS), COLUMNS // 8)).repeat(8, axis=1) < 0.5
+
+    def shrub(rows, bearings):
+        columns = ((bearings + 180.0) / STEP).astype(int)
+        is_leaf = stops[np.searchsorted(ROWS, rows), columns] & (np.abs(bearings) < 15.0)
+        return open_ahead(rows, bearings) | is_leaf
+
+    bearings, *_ = silent(cloud(shrub))
+    assert np.count_nonzero(np.abs(bearings) < 12.0) < 0.02 * 4 * 24 / 2.8
+    assert np.count_nonzero(np.abs(bearings) > 18.0)
 
 
 def test_one_lost_return_is_nothing():

@@ -69,7 +69,7 @@ class FreeSpaceConfig(BaseModel):
 
     cell: float = Field(default=0.2, gt=0)
     cells: PowerOfTwo = Field(default=128, ge=16, le=512)
-    max_range: float = Field(default=8.0, gt=0)
+    max_range: float = Field(default=7.0, gt=0)
     min_range: float = Field(default=0.5, ge=0)
     heights: tuple[float, float] = (0.3, 1.6)
     margin: float = Field(default=0.3, ge=0)

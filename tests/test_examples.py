@@ -47,6 +47,20 @@ def test_a_navigator_of_ones_own_is_compared_with_others(capsys):
     assert first["hit_mover"] == 0
 
 
+def test_a_reward_of_ones_own_is_learnt_by(capsys, tmp_path):
+    """Its terms, and no other, stand in the history of the run; they punish what they name."""
+    run(
+        *(capsys, "train", "--stages", "1", "--reward", "examples/own_reward.py:smooth"),
+        *("--out", str(tmp_path / "run"), "--set", "learner.hidden=[8,8]"),
+        *("--set", "stages.Maze2D.episodes=8", "--set", "stages.Maze2D.environment.seeds=[0]"),
+        *("--set", "stages.Maze2D.environment.terminations.time_limit=3"),
+        *("--set", "validation=0", "--set", "learner.episodes_per_iteration=8"),
+    )
+    (row,) = map(json.loads, (tmp_path / "run" / "history.jsonl").read_text().splitlines())
+    assert set(row["terms"]) == {"progress", "nearness", "turning", "crash"}
+    assert row["terms"]["turning"] < 0
+
+
 def test_a_drive_from_python(capsys):
     """It tells the outcome of each goal."""
     example = runpy.run_path(str(EXAMPLES / "drive.py"))

@@ -347,7 +347,7 @@ def bring_worlds(sheet: Sheet, line: str) -> None:
 
 
 SPECIAL: dict[str, Callable[[Sheet, str], None]] = {
-    "scan": bring_a_cloud,
+    "scan my_cloud": bring_a_cloud,
     "evaluate --suite": break_off_and_go_on,
     "evaluate --task barn --worlds": bring_worlds,
     "classifier adapt": adapt_briefly,

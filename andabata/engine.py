@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 from andabata.engine_origin import Origin, here
+from andabata.own_code import own_error
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -153,6 +154,7 @@ def answer(expected: Origin, work: Callable[[Task], Result], task: Task) -> Repl
 
     Raises:
         OriginError: If the worker has another origin.
+        OwnCodeError: If code of the user's own raises an error.
     """
     origin = here()
     origin.check(expected)
@@ -164,6 +166,11 @@ def answer(expected: Origin, work: Callable[[Task], Result], task: Task) -> Repl
         # A full disk, or a file that only the driver's machine has.
         text = f"{error.strerror} (on {origin.host})"
         raise OSError(error.errno, text, error.filename) from error
+    except Exception as error:
+        # The traceback stays here: say which line of a user's own code it was.
+        if (own := own_error(error)) is not None:
+            raise own from error
+        raise
 
 
 class ParallelEngine(Engine):

@@ -167,6 +167,9 @@ def _notices() -> Iterator[Connection]:
 def _begin(notices: Connection) -> None:
     """Leave Ctrl-C to the parent, and end with it; tell it of a compilation."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # A worker is unpacked with the words of its parent, and takes itself for the command line: its
+    # end by the parent would print a traceback.
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     on_first_compilation(lambda: notices.send_bytes(_COMPILES))
     give_memory_back()
     Thread(target=_follow_the_parent, daemon=True).start()

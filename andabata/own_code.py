@@ -6,13 +6,18 @@ it may do what a program may do.
 
 import hashlib
 import importlib.util
+import re
 from collections.abc import Callable, Iterable
 from functools import lru_cache
 from pathlib import Path
+from traceback import walk_tb
 from types import ModuleType
 from typing import Any
 
 _MARK = ".py:"
+
+_OWN_MODULE = re.compile(r"own_[0-9a-f]{16}")
+"""Name of the module of a user's own file."""
 
 
 class OwnCodeError(ValueError):
@@ -66,6 +71,26 @@ def own_digests(names: Iterable[str]) -> dict[str, str]:
     return {
         name.rpartition(":")[0]: hashlib.sha256(_bytes_of(name)).hexdigest() for name in sorted(own)
     }
+
+
+def own_error(error: BaseException) -> OwnCodeError | None:
+    """Return the error of a user's own code that another one is, None if its code had no part.
+
+    Args:
+        error: Error as it was caught, with its traceback.
+    """
+    if isinstance(error, OwnCodeError):
+        return None
+    place = ""
+    for frame, line in walk_tb(error.__traceback__):
+        if _OWN_MODULE.fullmatch(frame.f_globals.get("__name__", "")):
+            place = f"{frame.f_code.co_filename}, line {line}"
+    if not place:
+        return None
+    return OwnCodeError(
+        f"{place}: expected code that runs, got {type(error).__name__}: {error}; --debug shows the "
+        "way there"
+    )
 
 
 def _bytes_of(name: str) -> bytes:

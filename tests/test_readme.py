@@ -114,6 +114,9 @@ NEEDS_SHELL = re.compile(r"[|&;<>$`]|--view")
 INSTALLS = {line.removesuffix(" ||") for line in (ROOT / ".ci/wheel.sh").read_text().splitlines()}
 """Lines of the script that installs a wheel as the documents tell; `.ci/run` runs it."""
 
+EXAMPLE = re.compile(r"\.venv/bin/python examples/\w+\.py")
+"""Line that runs an example."""
+
 RAY_HEAD = "192.0.2.1:6379"
 """Address of the head of a cluster in the documents."""
 
@@ -122,7 +125,7 @@ DOCUMENTS = documents()
 
 
 def kind(line: str) -> str:
-    """Return the program of a line of a block: ours, make, install, ros, ros2, ray or unknown."""
+    """Return the program of a line: ours, example, make, install, ros, ros2, ray or unknown."""
     words = line.rstrip("& ").split()
     if words[0].split("/")[-1] == "ray" or "--engine ray" in line:
         return "ray"
@@ -130,6 +133,8 @@ def kind(line: str) -> str:
         return "make"
     if line.replace("python3.11", '"$python"') in INSTALLS:
         return "install"
+    if EXAMPLE.fullmatch(line):
+        return "example"
     if words[0] in ROS_TOOLS or words[1:2] == ["ros"]:
         return "ros"
     if words[1:2] == ["ros2"]:
@@ -202,6 +207,8 @@ def test_unknown_words_are_found(text, wrong):
     ("line", "who"),
     [
         (".venv/bin/andabata doctor", "ours"),
+        (".venv/bin/python examples/drive.py", "example"),
+        (".venv/bin/python setup.py", "unknown"),
         (".venv/bin/andabata ros navigator", "ros"),
         (".venv/bin/andabata ros2 navigator", "ros2"),
         ("rostopic hz /cmd_vel", "ros"),
@@ -340,7 +347,7 @@ def bring_worlds(sheet: Sheet, line: str) -> None:
 
 
 SPECIAL: dict[str, Callable[[Sheet, str], None]] = {
-    "scan": bring_a_cloud,
+    "scan my_cloud": bring_a_cloud,
     "evaluate --suite": break_off_and_go_on,
     "evaluate --task barn --worlds": bring_worlds,
     "classifier adapt": adapt_briefly,
@@ -353,6 +360,8 @@ def type_in(sheet: Sheet, block: Block) -> None:
         sheet.run_python(block.text)
         return
     for line in block.commands:
+        if kind(line) == "example":
+            sheet.run(line)
         if kind(line) == "ours":
             words = line.split("andabata ", 1)[1]
             special = [act for start, act in SPECIAL.items() if words.startswith(start)]

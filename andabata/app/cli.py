@@ -132,7 +132,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         if debug:
             traceback.print_exc()
-        return _fail(_one_line(error), _code(error))
+        return _fail(_one_line(_of_own_code(error)), _code(error))
     if code == INTERRUPTED:
         sys.stderr.write(TEXT)
     return code if isinstance(code, int) else OK
@@ -153,6 +153,13 @@ def _code(error: Exception) -> int:
     usage = SettingsError | UsageError | GoalError | JudgingSeedError | PlantError
     unknown = UnknownWorldError | UnknownRoomError | UnknownSensorError
     return USAGE if isinstance(error, usage | unknown) else FAILED
+
+
+def _of_own_code(error: Exception) -> Exception:
+    """Return the error that names the line of a user's own code; others as they are."""
+    from andabata.own_code import own_error
+
+    return own_error(error) or error
 
 
 def _one_line(error: Exception) -> str:

@@ -96,7 +96,7 @@ def make_steering(
     """
     known = CONTROLLERS if world is not None else MAPLESS_CONTROLLERS
     if name not in known and not is_own(name):
-        why = "; the oracle needs the true map" if name == ORACLE else ""
+        why = "; the oracle needs the true map: name another" if name == ORACLE else ""
         expected = f"{', '.join(known)} or FILE.py:NAME"
         raise ValueError(f"--controller: expected {expected}, got {name!r}{why}")
     if name == ORACLE and world is not None:

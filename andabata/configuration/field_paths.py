@@ -31,6 +31,18 @@ def setting_paths(kind: type[BaseModel], head: str = "") -> Iterator[str]:
                 yield from setting_paths(model, f"{head}{name}.")
 
 
+def names_beside(kind: type[BaseModel], path: str) -> list[str]:
+    """Return the names of the fields in the group of a wrong path, none if there is no such group.
+
+    Args:
+        kind: Model of the whole configuration.
+        path: Path of the wrong field.
+    """
+    group = path.rpartition(".")[0]
+    parts = dict.fromkeys(one.rpartition(".")[::2] for one in setting_paths(kind))
+    return [name for head, name in parts if head == group]
+
+
 def likely_path(kind: type[BaseModel], path: str) -> str | None:
     """Return the field that a wrong path most likely means, None if nothing is near.
 

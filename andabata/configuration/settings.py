@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from andabata.configuration.field_paths import likely_path
+from andabata.configuration.field_paths import likely_path, names_beside
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -85,7 +85,9 @@ def explain(error: ValidationError, kind: type[BaseModel] | None = None) -> str:
     name = ".".join(str(part) for part in first["loc"]) or "configuration"
     if first["type"] == "extra_forbidden":
         likely = None if kind is None else likely_path(kind, name)
-        hint = "check its spelling" if likely is None else f"did you mean {likely}?"
+        beside = [] if kind is None else names_beside(kind, name)
+        hint = f"known there: {', '.join(beside)}" if beside else "check its spelling"
+        hint = hint if likely is None else f"did you mean {likely}?"
         return f"{name}: expected a known field, got this one; {hint}"
     message = first["msg"].removeprefix("Value error, ")
     got = first.get("input")

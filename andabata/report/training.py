@@ -26,7 +26,7 @@ from andabata.report.plots.drives import sights_figure, tests_figure, world_figu
 from andabata.report.plots.training import learning_figure, rewards_figure
 from andabata.report.room_training import tests_sections
 from andabata.report.success import success_sections
-from andabata.report.training_folder import TrainingRun, check_alike, common_stages
+from andabata.report.training_folder import TrainingRun, check_alike, common_stages, told_apart
 from andabata.report.training_page import TrainingSections
 from andabata.tasks.offroad import OffroadConfig
 from andabata.tasks.rooms.spn_config import SpnConfig
@@ -117,6 +117,7 @@ def _offroad_sections(runs: Sequence[TrainingRun], options: ReportOptions) -> Tr
     """
     models = options.models()
     check_alike(runs, models)
+    runs = told_apart(runs)
     stages = common_stages(runs)
     driven = _drive_all(runs, stages, models, options)
     stage_rows = [_stage_row(run, stage) for run in runs for stage in stages]

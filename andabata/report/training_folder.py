@@ -1,7 +1,7 @@
 """Folders of training runs: plan, history and policies, checked before they go into a report."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
@@ -16,6 +16,8 @@ from andabata.report.folder import (
     read_rows,
     settings_of,
 )
+from andabata.tasks.offroad import OffroadConfig
+from andabata.tasks.rewards import RewardConfig
 from andabata.training.plans import StagePlan, TrainingPlan
 from andabata.training.run import HISTORY
 from rl.policy import Policy, load_policy
@@ -35,6 +37,7 @@ class TrainingRun:
         plan: Plan that was run.
         models: SHA-256 of the classifiers in the run, by name.
         history: Rows of the updates, in order.
+        label: Name of the run among runs with other rewards; empty where the seed names it.
     """
 
     folder: Path
@@ -42,6 +45,7 @@ class TrainingRun:
     plan: TrainingPlan
     models: dict[str, str]
     history: list[Row]
+    label: str = ""
 
     @classmethod
     def read(cls, folder: Path) -> Self:
@@ -72,7 +76,7 @@ class TrainingRun:
     @property
     def name(self) -> str:
         """Name of the run in the figures."""
-        return f"seed {self.seed}"
+        return self.label or f"seed {self.seed}"
 
     @property
     def stages(self) -> tuple[StagePlan, ...]:
@@ -98,21 +102,34 @@ class TrainingRun:
         return load_policy(self.folder / f"policy_{stage}.safetensors")
 
 
+def told_apart(runs: Sequence[TrainingRun]) -> list[TrainingRun]:
+    """Return runs of off-road plans, named by their folders, too, if their rewards differ."""
+    if all(run.plan == runs[0].plan for run in runs):
+        return list(runs)
+    return [replace(run, label=f"{run.folder.name}, {run.name}") for run in runs]
+
+
 def check_alike(runs: Sequence[TrainingRun], models: Models) -> None:
     """Check that runs belong into the same figures: of one plan, with the same classifiers.
+
+    The rewards of their plans may differ: what another reward does is what such figures show.
 
     Args:
         runs: Runs.
         models: Classifiers of the runs.
 
     Raises:
-        ValueError: If their plans or classifiers differ, or if two have the same seed.
+        ValueError: If their plans or classifiers differ, or if two have the same seed and reward.
     """
     seeds = [run.seed for run in runs]
-    if len(set(seeds)) < len(seeds):
-        raise ValueError(f"runs: expected another seed in each, got {seeds}")
+    once = {(run.seed, run.plan.model_dump_json()) for run in runs}
+    if len(once) < len(runs):
+        raise ValueError(
+            f"runs: expected another seed in each, got {seeds}; name each folder once, or train "
+            "with another --seed or reward"
+        )
     for run in runs:
-        if run.plan != runs[0].plan:
+        if _without_reward(run.plan) != _without_reward(runs[0].plan):
             raise ValueError(
                 f"{run.folder}: expected the settings of {runs[0].folder}, got others; "
                 "give each plan a report of its own"
@@ -125,13 +142,25 @@ def check_alike(runs: Sequence[TrainingRun], models: Models) -> None:
                 )
 
 
+def _without_reward(plan: TrainingPlan) -> TrainingPlan:
+    """Return a plan with the default reward in its off-road stages."""
+    stages = {}
+    for name, stage in plan.stages.items():
+        environment = stage.environment
+        if isinstance(environment, OffroadConfig):
+            environment = environment.model_copy(update={"reward": RewardConfig()})
+        stages[name] = stage.model_copy(update={"environment": environment})
+    return plan.model_copy(update={"stages": stages})
+
+
 def common_stages(runs: Sequence[TrainingRun]) -> tuple[StagePlan, ...]:
     """Return the stages that are over in every run.
 
     Raises:
         ValueError: If there is no such stage.
     """
-    stages = tuple(s for s in runs[0].stages if all(s in run.stages for run in runs))
+    over = [{stage.name for stage in run.stages} for run in runs]
+    stages = tuple(one for one in runs[0].stages if all(one.name in names for names in over))
     if not stages:
         found = "; ".join(f"{run.folder}: {[s.name for s in run.stages]}" for run in runs)
         raise ValueError(f"runs: expected a stage that is over in all of them, got {found}")

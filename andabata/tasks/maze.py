@@ -11,8 +11,8 @@ from andabata.machine.kinematics import Twist, executed_twist
 from andabata.machine.pose import wrap
 from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.tasks.offroad import OffroadConfig
+from andabata.tasks.own_reward import RewardInput, offroad_reward
 from andabata.tasks.planar import PlanarState, PlanarVectorEnv
-from andabata.tasks.rewards import paper_reward
 from andabata.tasks.terrain_batch import PlanarLidar, TerrainBatch
 from andabata.tasks.terrain_kernel import TerrainObstacles
 from rl.spaces import points_of
@@ -66,6 +66,7 @@ class MazeVectorEnv(PlanarVectorEnv):
             self._planners = [LocalPlanner(grid, planner, body) for _ in range(num_envs)]
         self._believed = np.zeros((num_envs, 2))
         self._previous = np.zeros((num_envs, 2))
+        self._reward = offroad_reward(config.reward)
 
     def _executed(
         self, actions: NDArray[np.float32], going: NDArray[np.bool_]
@@ -92,11 +93,12 @@ class MazeVectorEnv(PlanarVectorEnv):
         endings: NDArray[np.int64],
         going: NDArray[np.bool_],
     ) -> dict[str, NDArray[np.float64]]:
-        """Return the paper's terms: what attracts is the goal, or the sub-goal headed for."""
+        """Return the terms: what attracts is the goal, or the sub-goal headed for."""
         after = self._goal_distances
         if self._planners:
             before, after = self._distances_to_targets(going)
-        return paper_reward(self.config.reward, self._terrain.ranges, before, after, endings)
+        ranges, yaw_rates = self._terrain.ranges, self._previous.copy()
+        return self._reward(RewardInput(ranges, before, after, yaw_rates, endings))
 
     def _distances_to_targets(
         self, going: NDArray[np.bool_]

@@ -16,7 +16,8 @@ from andabata.navigation.controller import ControllerInput, Steering
 from andabata.navigation.planning.local_planner import LocalPlanner, LocalPlannerConfig
 from andabata.navigation.policy_controller import observation_of, twist_of
 from andabata.tasks.episode_monitor import EpisodeMonitor
-from andabata.tasks.rewards import RewardConfig, paper_reward
+from andabata.tasks.own_reward import RewardInput, offroad_reward
+from andabata.tasks.rewards import RewardConfig
 from andabata.tasks.terminations import Outcome, TerminationConfig
 from rl.gym_spaces import action_box, observation_box
 from rl.spaces import (
@@ -112,8 +113,9 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     ## Reward
     The sum of the named terms in ``info["reward_terms"]`` (``andabata.tasks.rewards``):
-    attraction, repulsion and the terminal penalties. What attracts is the goal, or the sub-goal
-    that the robot headed for before the step, as far as it knows.
+    attraction, repulsion and the terminal penalties, or those of a function of one's own
+    (``reward.function``). What attracts is the goal, or the sub-goal that the robot headed for
+    before the step, as far as it knows.
 
     ## Start and end
     A world is drawn from the pool of seeds and a task from the world. An episode terminates at the
@@ -156,6 +158,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             robot = config.simulated_robot
             settings = robot.local_planner.decimated(config.perception_decimation)
             self._planner = LocalPlanner(robot.grid, settings, robot.robot)
+        self._reward, self._yaw_rates = offroad_reward(config.reward), (0.0, 0.0)
         self._observations, self._actions = config.observations, config.actions
         self.observation_space: gym.spaces.Space[Any] = observation_box(self._observations)
         self.action_space: gym.spaces.Space[Any] = action_box(self._actions)
@@ -180,7 +183,7 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             robot.navigator.update(readings)
         self._goal_distance = self._monitor.goal_distance(_truth(readings))
         self._position = robot.localizer.odometry.position[:2]
-        self._steps = 0
+        self._steps, self._yaw_rates = 0, (0.0, 0.0)
         self._observe(situation)
         return self._state, {"world_seed": world_seed}
 
@@ -192,7 +195,8 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         # Shares of the limits to a command; the robot applies limits and dead zone.
         values = self._actions.scaled(action)
         command = twist_of(self._actions, values, self.config.simulated_robot.robot.speed)
-        wheels = robot.navigator.execute(command)[1]
+        twist, wheels = robot.navigator.execute(command)
+        self._yaw_rates = (twist.angular, self._yaw_rates[0])
         readings = robot.simulator.step(wheels)
         robot.navigator.update(readings)
         before, after = self._distances(_truth(readings))
@@ -220,10 +224,14 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     def _reward_terms(self, before: float, after: float) -> dict[str, float]:
         """Return the terms of a step's reward for distances before and after it [m]."""
-        endings = np.array([self._monitor.ending])
-        terms = paper_reward(
-            self.config.reward, self._ranges[None], np.array([before]), np.array([after]), endings
+        step = RewardInput(
+            ranges=self._ranges[None],
+            distance_before=np.array([before]),
+            distance=np.array([after]),
+            yaw_rates=np.array([self._yaw_rates]),
+            endings=np.array([self._monitor.ending]),
         )
+        terms = self._reward(step)
         return {name: float(term[0]) for name, term in terms.items()}
 
     def _distances(self, truth: VehicleState) -> tuple[float, float]:

@@ -5,8 +5,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+from andabata.own_code import is_own
 from andabata.tasks.terminations import Ending
 
 TERMS = ("attraction", "repulsion", "collision", "tipover")
@@ -26,6 +27,8 @@ class RewardConfig(BaseModel):
         collision: Reward of a drive that ends in a collision, or stuck (assumption; the paper has
             none, 0).
         tipover: Reward of a drive that ends rolled over (assumption; 0 in the paper).
+        function: File and name, ``FILE.py:NAME``, of a function of one's own whose terms take the
+            place of all of these; None for none (``andabata.tasks.own_reward``).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -37,6 +40,15 @@ class RewardConfig(BaseModel):
     max_range: float = Field(default=10.0, gt=0)
     collision: float = Field(default=-1000.0, le=0)
     tipover: float = Field(default=-1000.0, le=0)
+    function: str | None = None
+
+    @field_validator("function")
+    @classmethod
+    def _check_function(cls, name: str | None) -> str | None:
+        """Refuse a name that is none of a user's own code."""
+        if name is not None and not is_own(name):
+            raise ValueError(f"expected FILE.py:NAME, got {name!r}")
+        return name
 
 
 def paper_reward(

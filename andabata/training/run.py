@@ -9,9 +9,11 @@ from typing import Any
 
 from andabata.engine import Engine, SerialEngine
 from andabata.models import Models
+from andabata.own_code import own_digests
 from andabata.runs import atomic_io
 from andabata.runs.folder import commit, describe, make_folder, write_json
 from andabata.runs.strict_json import dumps
+from andabata.tasks.offroad import OffroadConfig
 from andabata.tasks.rooms.config import RoomConfig, refuse_judging_rooms
 from andabata.tasks.vector import TaskConfig, renderer_of
 from andabata.training.parallel_sampler import ParallelSampler
@@ -75,6 +77,8 @@ def learn(
         "commit": commit(),
         **{name: models.hashes[name] for name in ("forest", "ground_classifier")},
     }
+    if own := own_digests(_own_code(plan)):
+        origin["own"] = own
     checkpoint = _checkpoint(folder, origin, resume, changed)
     if not resume:
         write_json(folder / "run.json", describe("train", settings, seed) | origin)
@@ -101,6 +105,13 @@ def learn(
             on_iteration(iteration)
     wall = time.perf_counter() - began
     return _summary(folder, history, wall, steps_before)
+
+
+def _own_code(plan: TrainingPlan) -> list[str]:
+    """Return the names of the functions of the user's own that stages are rewarded by."""
+    environments = [stage.environment for stage in plan.stages.values()]
+    offroad = [one for one in environments if isinstance(one, OffroadConfig)]
+    return sorted({one.reward.function for one in offroad if one.reward.function is not None})
 
 
 def _environments(tasks: Sequence[TaskConfig]) -> list[TaskConfig]:
@@ -138,11 +149,12 @@ def _checkpoint(folder: Path, origin: dict[str, Any], resume: bool, changed: boo
             )
     # Settings decide whether it is the same run; code and classifiers only whether the end has the
     # same bytes, which a user may do without.
-    for name in ("forest", "ground_classifier", "commit"):
-        if before.get(name) != origin[name] and not changed:
+    for name in ("forest", "ground_classifier", "commit", "own"):
+        if before.get(name) != origin.get(name) and not changed:
             raise ValueError(
                 f"{name}: expected {before.get(name)}, with which the run began, got "
-                f"{origin[name]}; the end would not be that of an unbroken run: --changed goes on"
+                f"{origin.get(name)}; the end would not be that of an unbroken run: --changed "
+                "goes on"
             )
     return data
 

@@ -24,6 +24,8 @@ if __name__ == "__main__":
         time.sleep(600)
 """
 
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
 
 def is_alive(pid):
     try:
@@ -36,6 +38,14 @@ def is_alive(pid):
         return ") Z " not in Path(f"/proc/{pid}/stat").read_text()
     except OSError:
         return False
+
+
+def test_a_worker_of_the_command_line_ends_without_a_word(monkeypatch):
+    """Its parent ends it by SIGTERM, which it does not handle as the command line does."""
+    monkeypatch.setattr(sys, "argv", ["andabata", "train"])
+    with open_pool(1) as pool:
+        handlers = [pool.submit(signal.getsignal, each).result() for each in _SIGNALS]
+    assert handlers == [signal.SIG_IGN, signal.SIG_DFL]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")

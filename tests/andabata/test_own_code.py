@@ -5,6 +5,7 @@ import hashlib
 import numpy as np
 import pytest
 
+from andabata.app.cli import main
 from andabata.assembly.controllers import make_steering
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.configuration.usage import UsageError, words
@@ -14,7 +15,7 @@ from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.models import Models
 from andabata.navigation.planar.catalogue import planar_navigator
 from andabata.navigation.planning.local_planner import LocalPlanner
-from andabata.own_code import OwnCodeError, is_own, load_own, own_digests
+from andabata.own_code import OwnCodeError, is_own, load_own, own_digests, own_error
 
 LAW = """
 import math
@@ -78,6 +79,34 @@ def test_a_file_that_does_not_run_is_refused(tmp_path):
     file.write_text("import math\nmath.nothing\n")
     with pytest.raises(OwnCodeError, match=r"got AttributeError: .*nothing.*; run python .*broken"):
         load_own(f"{file}:Law", ())
+
+
+def test_an_error_of_own_code_names_its_line(tmp_path):
+    """The innermost line of the user's file, also below code of others; other errors are none."""
+    file = tmp_path / "law.py"
+    file.write_text(
+        "def each(values):\n    return sorted(values, key=half)\n\ndef half(x):\n    return x / 0\n"
+    )
+    with pytest.raises(ZeroDivisionError) as caught:
+        load_own(f"{file}:each", ())([1, 2])
+    found = own_error(caught.value)
+    assert str(found).startswith(f"{file}, line 5: expected code that runs, got ZeroDivisionError:")
+    assert own_error(found) is None
+    with pytest.raises(KeyError) as caught:
+        {}["no"]
+    assert own_error(caught.value) is None
+
+
+def test_a_command_names_the_line_here_and_from_a_worker(tmp_path, capsys):
+    """It is no defect of ours."""
+    file = tmp_path / "law.py"
+    file.write_text("def near(step):\n    return {'near': step.distances}\n")
+    words = ["train", "--stages", "1", "--reward", f"{file}:near", "--set", "validation=0"]
+    for workers in ("1", "2"):
+        assert main([*words, "--workers", workers, "--out", str(tmp_path / workers)]) == 1
+        error = capsys.readouterr().err
+        assert "law.py, line 2: expected code that runs, got AttributeError: " in error
+        assert "defect" not in error
 
 
 def test_options_take_own_code_where_it_is_wanted(law):

@@ -10,7 +10,9 @@ from andabata.app.tables import training_text
 from andabata.configuration.usage import UsageError
 from andabata.engine import Engine
 from andabata.models import Models
+from andabata.own_code import is_own, load_own
 from andabata.runs.lock import locked_folder
+from andabata.tasks.offroad import OffroadConfig
 from andabata.training.event_files import EventFiles, Row
 from andabata.training.plans import StagePlan, TrainingPlan
 from andabata.training.progress_table import TrainingView
@@ -39,6 +41,36 @@ def with_features(plan: TrainingPlan, features: int | None) -> TrainingPlan:
         )
     actor = learner.actor.model_copy(update={"features": features})
     return plan.model_copy(update={"learner": learner.model_copy(update={"actor": actor})})
+
+
+def with_reward(plan: TrainingPlan, function: str | None) -> TrainingPlan:
+    """Return a plan whose reward off-road is a function of the user's own, in every stage.
+
+    Args:
+        plan: Plan of an off-road task.
+        function: File and name of the function, ``FILE.py:NAME``; None keeps the plan's reward.
+
+    Raises:
+        UsageError: If it is none of a user's own code, or the plan is not off-road.
+        OwnCodeError: If there is no such file or function.
+    """
+    if function is None:
+        return plan
+    if not is_own(function):
+        raise UsageError(f"--reward: expected FILE.py:NAME, got {function!r}")
+    stages = {}
+    for name, stage in plan.stages.items():
+        environment = stage.environment
+        if not isinstance(environment, OffroadConfig):
+            raise UsageError(
+                f"--reward: expected an off-road task, got {environment.task}; leave it out, and "
+                "change the constants of its reward with --set"
+            )
+        reward = environment.reward.model_copy(update={"function": function})
+        changed = environment.model_copy(update={"reward": reward})
+        stages[name] = stage.model_copy(update={"environment": changed})
+    load_own(function, ())
+    return plan.model_copy(update={"stages": stages})
 
 
 def train_seeds(

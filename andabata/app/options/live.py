@@ -41,7 +41,11 @@ class LiveDriveOptions:
     ] = None
     seconds: Annotated[
         float | None,
-        typer.Option(min=0.1, help="Time after which to stop, in seconds; by default on Ctrl-C."),
+        typer.Option(
+            min=0.1,
+            help="Duration of the drive, in seconds from the first pose on; by default until "
+            "Ctrl-C.",
+        ),
     ] = None
     local_map: Annotated[
         bool,

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 class TrainingOptions:
     """What is trained and how a run goes on.
 
-    Options: ``--stages``, ``--resume``, ``--algorithm``, ``--k``, ``--changed``, ``--seeds``,
-    ``--tensorboard``.
+    Options: ``--stages``, ``--resume``, ``--algorithm``, ``--k``, ``--reward``, ``--changed``,
+    ``--seeds``, ``--tensorboard``.
     """
 
     stages: Annotated[
@@ -40,6 +40,13 @@ class TrainingOptions:
             min=1, help="Number K of features of an actor on points: learner.actor.features."
         ),
     ] = None
+    reward: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.py:NAME",
+            help="Function of your own that gives the terms of the off-road reward.",
+        ),
+    ] = None
     changed: Annotated[
         bool, typer.Option("--changed", help="Resume even with other code or classifier.")
     ] = False
@@ -61,13 +68,15 @@ class TrainingOptions:
 
         Raises:
             UsageError: If there is no such plan, setting, or actor on points.
+            OwnCodeError: If a reward of the user's own cannot be used.
         """
-        from andabata.app.jobs.training import with_features
+        from andabata.app.jobs.training import with_features, with_reward
         from andabata.training.plans import TrainingPlan, load_plan
 
         level = reality_level(robot.reality)
         base = load_plan(self.algorithm, robot.sensor, robot.robot, task, level)
-        return settings.resolve(TrainingPlan, with_features(base, self.k))
+        changed = with_reward(with_features(base, self.k), self.reward)
+        return settings.resolve(TrainingPlan, changed)
 
     def chosen(self, plan: "TrainingPlan") -> range:
         """Return the indices of the stages to run, from 0.

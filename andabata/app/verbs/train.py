@@ -40,8 +40,8 @@ def train(
         andabata train --stages 1 --tensorboard --out data/runs/maze
         andabata train --resume
         andabata train --algorithm actor-critic --set stages.Maze2D.episodes=500
+        andabata train --stages 1 --reward examples/own_reward.py:smooth
         andabata train --task spn --k 20 --seeds 5 --out data/runs/spn
-        andabata train --task td3 --variant gdae --seeds 3 --out data/runs/gdae
     """
     from andabata.app.jobs.training import runs_summary, train_seeds
     from andabata.app.tables import training_text

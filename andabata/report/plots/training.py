@@ -1,13 +1,20 @@
 """Figures of training runs, drawn without a screen."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 _TERM_COLOURS = {"whole": "black", "attraction": "#2f7d32", "repulsion": "#d1483f"}
-"""Colour of each term of the reward, and of their sum, ``whole``."""
+"""Colour of each term of the paper's reward, and of their sum, ``whole``."""
+
+_OWN_COLOURS = ("#1f77b4", "#ff7f0e", "#9467bd", "#e377c2", "#17becf", "#bcbd22")
+"""Colours of the terms of other rewards, in turn."""
+
+_FINAL_TERMS = ("collision", "tipover")
+"""Terms of the paper's reward that are not drawn: one step of a drive has them."""
 
 
 def learning_figure(history: Sequence[Mapping[str, Any]]) -> Figure:
@@ -34,6 +41,16 @@ def learning_figure(history: Sequence[Mapping[str, Any]]) -> Figure:
     return figure
 
 
+def _colours_of(histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, str]:
+    """Return the terms that are drawn of histories, each with its colour; the sum comes first."""
+    found = dict.fromkeys(
+        name for rows in histories.values() for row in rows for name in row["terms"]
+    )
+    own = [name for name in found if name not in (*_TERM_COLOURS, *_FINAL_TERMS)]
+    ours = {name: colour for name, colour in _TERM_COLOURS.items() if name in ("whole", *found)}
+    return ours | dict(zip(own, cycle(_OWN_COLOURS)))
+
+
 def rewards_figure(histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
     """Return the mean reward of a control step over each stage, whole and by term.
 
@@ -44,14 +61,19 @@ def rewards_figure(histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figu
     stages = list(dict.fromkeys(row["name"] for rows in histories.values() for row in rows))
     figure = Figure(figsize=(4.6 * len(stages), 4.2), layout="constrained")
     places = np.atleast_1d(figure.subplots(1, len(stages), sharey=True))
+    colours = _colours_of(histories)
     for axes, stage in zip(places, stages, strict=True):
-        for number, history in enumerate(histories.values()):
+        named: set[str] = set()
+        for history in histories.values():
             rows = [row for row in history if row["name"] == stage]
             episodes = [row["episodes"] for row in rows]
-            for term, colour in _TERM_COLOURS.items():
+            for term, colour in colours.items():
                 sums = [row["terms"].get(term, row["mean_return"]) for row in rows]
+                if term != "whole" and not any(term in row["terms"] for row in rows):
+                    continue  # Another run's reward has it.
                 means = [sum_ / row["mean_steps"] for sum_, row in zip(sums, rows, strict=True)]
-                label = None if number else term
+                label = None if term in named else term
+                named.add(term)
                 axes.plot(episodes, means, color=colour, alpha=0.7, linewidth=1.2, label=label)
         axes.axhline(0, color="black", linewidth=0.5)
         axes.set_title(stage)

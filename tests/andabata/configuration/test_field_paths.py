@@ -3,7 +3,12 @@
 import pytest
 from pydantic import BaseModel
 
-from andabata.configuration.field_paths import likely_path, models_in, setting_paths
+from andabata.configuration.field_paths import (
+    likely_path,
+    models_in,
+    names_beside,
+    setting_paths,
+)
 
 
 class Wheel(BaseModel):
@@ -32,6 +37,13 @@ def test_paths_lead_through_groups_and_optional_groups_not_through_dicts():
     expected = ["body", "body.plant", "body.wheel", "body.wheel.radius", "body.stages", "radius"]
     assert list(setting_paths(Whole)) == expected
     assert list(models_in(dict[str, Wheel] | Body | int)) == [Wheel, Body]
+
+
+def test_the_fields_beside_a_wrong_one_are_those_of_its_group():
+    """Of the whole configuration, of a group, and none where there is no such group."""
+    assert names_beside(Whole, "something") == ["body", "radius"]
+    assert names_beside(Whole, "body.something") == ["plant", "wheel", "stages"]
+    assert names_beside(Whole, "nothing.something") == []
 
 
 @pytest.mark.parametrize(

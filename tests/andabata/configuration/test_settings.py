@@ -88,6 +88,13 @@ def test_an_unknown_field_is_answered_with_the_one_that_is_meant():
         resolve(Outer, overrides=["radius=2"])
 
 
+def test_an_unknown_field_that_is_like_none_is_answered_with_those_of_its_group():
+    """The names that are known in its place."""
+    known = ", ".join(type(Outer().inner).model_fields)
+    with pytest.raises(SettingsError, match=rf"inner\.zzz: .*; known there: {known}$"):
+        resolve(Outer, overrides=["inner.zzz=2"])
+
+
 @pytest.mark.parametrize("value", ["inf", "-inf", "nan", "1e999", "Infinity"])
 def test_numbers_are_finite(tmp_path, value):
     """Infinity passes a lower bound, and is refused with the field's name all the same."""

@@ -86,9 +86,22 @@ def test_runs_that_do_not_belong_together_are_refused(capsys, runs, tmp_path):
     code, error = report(capsys, runs / "five", tmp_path / "other")
     assert code == 1
     assert "expected the settings of" in error
+
+
+def test_runs_with_other_rewards_stand_on_one_page(capsys, runs, tmp_path):
+    """Of one seed, too: they are named by their folders."""
+    learn(tmp_path / "bold", plan("stages.Maze2D.environment.reward.collision=-1"), range(1), 5)
+    code, data = report(capsys, runs / "five", tmp_path / "bold", "--tests", "1", "--workers", "1")
+    assert code == 0
+    assert [row["run"] for row in data["tests"]] == ["five, seed 5", "bold, seed 5"]
+    assert {row["stage"] for row in data["tests"]} == {"Maze2D"}
+
+
+def test_a_run_does_not_stand_on_a_page_twice(capsys, runs):
+    """It is refused with the next step."""
     code, error = report(capsys, runs / "five", runs / "five")
     assert code == 1
-    assert "expected another seed in each, got [5, 5]" in error
+    assert "expected another seed in each, got [5, 5]; name each folder once" in error
 
 
 def test_a_folder_without_a_finished_run_is_refused(capsys, runs, tmp_path):

@@ -1,5 +1,6 @@
 """Training runs in a folder: the same seed gives the same bytes, a kill costs nothing."""
 
+import hashlib
 import json
 import shutil
 
@@ -129,6 +130,21 @@ def test_another_run_is_not_resumed(whole, tmp_path):
     figures = learn(folder, plan, range(2), 5, resume=True, changed=True)
     assert figures["episodes"] == 2  # It had ended: nothing was left to play.
     same_files(whole[0], folder)
+
+
+def test_a_reward_of_ones_own_is_in_the_run_and_not_changed_in_the_middle(tmp_path):
+    """The digest of its file stands in ``run.json``; a resume with another content is refused."""
+    file, folder = tmp_path / "own.py", tmp_path / "run"
+    file.write_text("def near(step):\n    return {'near': -step.distance}\n")
+    overrides = [f"stages.Maze2D.environment.reward.function={file}:near", "validation=0"]
+    plan = resolve(TrainingPlan, overrides=overrides, base=small_plan())
+    learn(folder, plan, range(1), 5)
+    assert {name for row in read_history(folder / HISTORY) for name in row["terms"]} == {"near"}
+    described = json.loads((folder / "run.json").read_text())
+    assert described["own"] == {str(file): hashlib.sha256(file.read_bytes()).hexdigest()}
+    file.write_text("def near(step):\n    return {'near': step.distance}\n")
+    with pytest.raises(ValueError, match=r"own: expected .*own\.py.* --changed goes on"):
+        learn(folder, plan, range(1), 5, resume=True)
 
 
 def test_nothing_to_resume_is_an_error(tmp_path):

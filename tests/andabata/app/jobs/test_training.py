@@ -7,11 +7,12 @@ import pytest
 
 from andabata.app.console import Console
 from andabata.app.jobs import training
-from andabata.app.jobs.training import runs_summary, train_seeds, with_features
+from andabata.app.jobs.training import runs_summary, train_seeds, with_features, with_reward
 from andabata.configuration.settings import resolve
 from andabata.configuration.usage import UsageError
 from andabata.engine import SerialEngine
 from andabata.models import Models
+from andabata.own_code import OwnCodeError
 from andabata.training.event_files import FOLDER, read_scalars
 from andabata.training.plans import TrainingPlan, load_plan
 from andabata.training.run import HISTORY, read_history
@@ -28,6 +29,25 @@ def test_the_rate_of_a_run_is_that_of_validation():
         "rates": [0.25, 0.75],
         "worst": 0.25,
     }
+
+
+def test_a_reward_of_ones_own_is_that_of_every_stage_off_road(tmp_path):
+    """Other constants stay; in rooms, and for what is no code of one's own, it is refused."""
+    name = f"{tmp_path / 'own.py'}:near"
+    plan = load_plan()
+    assert with_reward(plan, None) is plan
+    with pytest.raises(OwnCodeError, match="expected a Python file"):
+        with_reward(plan, name)
+    (tmp_path / "own.py").write_text("def near(step):\n    return {'near': -step.distance}\n")
+    stages = with_reward(plan, name).stages
+    assert list(stages) == list(plan.stages)
+    for stage in stages.values():
+        before = plan.stages[stage.name].environment.reward
+        assert stage.environment.reward == before.model_copy(update={"function": name})
+    with pytest.raises(UsageError, match=r"--reward: expected FILE\.py:NAME, got 'near'"):
+        with_reward(plan, "near")
+    with pytest.raises(UsageError, match="--reward: expected an off-road task, got spn"):
+        with_reward(load_plan(task="spn"), name)
 
 
 def test_several_runs_have_folders_of_their_own_and_resume_if_begun(tmp_path, monkeypatch):

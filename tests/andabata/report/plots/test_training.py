@@ -31,3 +31,16 @@ def test_rewards_are_means_of_a_control_step():
     assert float(np.ravel(second.lines[0].get_ydata())[0]) == -1.0
     legend = [text.get_text() for text in first.get_legend().get_texts()]
     assert legend == ["whole", "attraction", "repulsion"]
+
+
+def test_terms_of_other_rewards_are_drawn_in_their_own_runs():
+    """Each with a colour of its own; a run has no line of a term that it has not."""
+    row = {"name": "A", "episodes": 2, "mean_steps": 4.0, "mean_return": 8.0}
+    paper = row | {"terms": {"attraction": 10.0, "repulsion": -2.0, "collision": -1.0}}
+    own = row | {"terms": {"near": 4.0, "calm": -8.0}}
+    (axes,) = training.rewards_figure({"a": [paper], "b": [own]}).axes
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert legend == ["whole", "attraction", "repulsion", "near", "calm"]
+    heights = [float(np.ravel(line.get_ydata())[0]) for line in axes.lines[:6]]
+    assert heights == [2.0, 2.5, -0.5, 2.0, 1.0, -2.0]
+    assert len({line.get_color() for line in axes.lines[:6]}) == 5

@@ -48,6 +48,8 @@ class TrackConfig(BaseModel):
         turn_time: Time in which the laser sees all around [s].
         confirmation_looks: Number of looks that have to see a track before it counts.
         min_speed: Speed from which on it moves [m/s].
+        min_travel: Distance from where it was first seen from which on it moves [m]: of what is
+            half hidden, or full of gaps, another part is seen each time.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -62,6 +64,7 @@ class TrackConfig(BaseModel):
     turn_time: float = Field(default=3.4, ge=0)
     confirmation_looks: int = Field(default=2, ge=1)
     min_speed: float = Field(default=0.3, ge=0)
+    min_travel: float = Field(default=0.0, ge=0)
 
 
 def _frame_tracks() -> TrackConfig:
@@ -72,6 +75,7 @@ def _frame_tracks() -> TrackConfig:
         least_interval=0.0,
         turn_time=0.0,
         confirmation_looks=4,
+        min_travel=0.3,
     )
 
 
@@ -169,7 +173,7 @@ class MoverPerception:
             config.drift_speed,
             config.least_interval,
         )
-        return MoverTracks(law, config.confirmation_looks, config.min_speed)
+        return MoverTracks(law, config.confirmation_looks, config.min_speed, config.min_travel)
 
     def reset(self) -> None:
         """Forget everything."""

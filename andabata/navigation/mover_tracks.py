@@ -71,9 +71,9 @@ class TrackLaw(NamedTuple):
     least_interval: float = 0.0
 
 
-_X, _Y, _VX, _VY, _RADIUS, _SEEN, _MISSED, _AGE, _NUMBER = range(9)
+_X, _Y, _VX, _VY, _RADIUS, _SEEN, _MISSED, _AGE, _NUMBER, _X0, _Y0 = range(11)
 """Columns of a track: centre [m], velocity [m/s], radius [m], number of scans that saw it, of
-scans since the last of these and since the first, and number of the track."""
+scans since the last of these and since the first, number of the track, and first centre [m]."""
 
 
 class MoverTracks:
@@ -83,21 +83,25 @@ class MoverTracks:
         law: Gains and gates.
     """
 
-    def __init__(self, law: TrackLaw, confirmation_scans: int, min_speed: float) -> None:
+    def __init__(
+        self, law: TrackLaw, confirmation_scans: int, min_speed: float, min_travel: float = 0.0
+    ) -> None:
         """Begin without tracks.
 
         Args:
             law: Gains and gates.
             confirmation_scans: Number of scans that have to see a track before it counts.
             min_speed: Speed from which on it moves [m/s].
+            min_travel: Distance from where it was first seen from which on it moves [m].
         """
         self.law = law
-        self._confirmation, self._min_speed = confirmation_scans, min_speed
+        self._confirmation = confirmation_scans
+        self._min_speed, self._min_travel = min_speed, min_travel
         self.reset()
 
     def reset(self) -> None:
         """Forget all tracks."""
-        self._tracks, self._begun = np.zeros((0, 9)), 0
+        self._tracks, self._begun = np.zeros((0, 11)), 0
 
     def update(self, discs: NDArray[np.float64], scans: float = 1.0) -> TrackedMovers:
         """Take the detections of a scan, and return what moves.
@@ -112,6 +116,8 @@ class MoverTracks:
         self._tracks, self._begun = _followed(self._tracks, discs, law, scans, self._begun)
         tracks = self._tracks
         is_moving = np.hypot(tracks[:, _VX], tracks[:, _VY]) >= self._min_speed
+        away = np.hypot(tracks[:, _X] - tracks[:, _X0], tracks[:, _Y] - tracks[:, _Y0])
+        is_moving &= away >= self._min_travel
         moving = tracks[is_moving & (tracks[:, _SEEN] >= self._confirmation)]
         growth = np.where(moving[:, _SEEN] > 1, law.drift_speed, law.first_speed)
         return TrackedMovers(
@@ -132,16 +138,16 @@ def _followed(
     scans: float,
     begun: int,
 ) -> tuple[NDArray[np.float64], int]:
-    """Return tracks after a scan, the longest followed first, shape (k, 9), and how many began.
+    """Return tracks after a scan, the longest followed first, shape (k, 11), and how many began.
 
     Args:
-        tracks: Tracks before it, shape (j, 9).
+        tracks: Tracks before it, shape (j, 11).
         discs: Detections of the scan, shape (c, 3).
         law: Gains and gates.
         scans: Time since the scan before it, in periods.
         begun: Number of tracks that began before.
     """
-    followed = np.zeros((len(tracks) + len(discs), 9))
+    followed = np.zeros((len(tracks) + len(discs), 11))
     is_taken = np.zeros(len(discs), dtype=np.bool_)
     size, dt = 0, scans * law.period
     for track in tracks:
@@ -176,5 +182,6 @@ def _followed(
             followed[size, _X], followed[size, _Y] = discs[c, 0], discs[c, 1]
             followed[size, _RADIUS], followed[size, _SEEN] = discs[c, 2], 1.0
             followed[size, _NUMBER] = begun
+            followed[size, _X0], followed[size, _Y0] = discs[c, 0], discs[c, 1]
             size, begun = size + 1, begun + 1
     return followed[:size].copy(), begun

@@ -164,3 +164,13 @@ KNOWN_BITS = [
     "0x1.999999999999ap-3",
 ]
 """Places, velocities and radii of the planar tracks before clouds had tracks, too."""
+
+
+def test_what_stays_about_its_place_does_not_move():
+    """However fast it seems to, until it is away from where it was first seen."""
+    tracks = MoverTracks(LAW, 1, 0.3, min_travel=0.3)
+    for k in range(20):
+        assert not len(tracks.update(disc(0.1 * (k % 2), 0.0)).radii)
+    walking = MoverTracks(LAW, 1, 0.3, min_travel=0.3)
+    counts = [len(walking.update(disc(0.05 * k, 0.0)).radii) for k in range(10)]
+    assert counts == [0] * 6 + [1] * 4 or counts == [0] * 7 + [1] * 3

@@ -139,7 +139,7 @@ class RoomRenderer:
         self.size = _HEAD + _MOVER * movers
         if terms.earlier_scan:
             self.size += _EARLIER * (1 + movers)
-        self._seen = self.size
+        self._tracked = self.size
         self.size += MOVER_COLUMNS * terms.tracked_movers
         self.terms, self.movers = terms, movers
         self._rooms = rooms
@@ -154,7 +154,7 @@ class RoomRenderer:
         targets: NDArray[np.float64],
         movers: Movers,
         earlier: EarlierScans | None = None,
-        seen: NDArray[np.float32] | None = None,
+        tracked: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
         """Return the situations of robots, float32, shape (n, size).
 
@@ -164,7 +164,7 @@ class RoomRenderer:
             targets: Goal, or sub-goal, that each robot is given [m], shape (n, 2).
             movers: Moving obstacles; those that are not there have radius 0.
             earlier: Earlier scans, where the terms have one.
-            seen: Tracked movers, where the terms have some; see ``SeenMovers``.
+            tracked: Movers by their tracks, where the terms have some; see ``SeenMovers``.
         """
         columns = [places[:, None], motions, targets]
         around = [movers.places, movers.velocities, movers.radii[..., None]]
@@ -172,8 +172,8 @@ class RoomRenderer:
         if earlier is not None:
             columns.append(earlier.poses)
             columns.append(_present([earlier.places, earlier.radii[..., None]], earlier.radii))
-        if seen is not None:
-            columns.append(seen.reshape(len(places), -1).astype(np.float64))
+        if tracked is not None:
+            columns.append(tracked.reshape(len(places), -1).astype(np.float64))
         return np.concatenate(columns, axis=1).astype(np.float32)
 
     def __call__(
@@ -213,11 +213,11 @@ class RoomRenderer:
         beams, earlier = scanned(poses, around[..., :2], around[..., 4]), None
         if self.terms.earlier_scan:
             then = rows[:, end : end + _EARLIER].copy()
-            around = rows[:, end + _EARLIER : self._seen].reshape(count, self.movers, _EARLIER)
+            around = rows[:, end + _EARLIER : self._tracked].reshape(count, self.movers, _EARLIER)
             places, radii = around[..., :2], around[..., 2]
             earlier = EarlierScans(scanned(then, places, radii), then, places, radii)
-        seen = situations[:, self._seen :]
-        return self.observe(beams, mounted, rows[:, 1:6], targets, earlier, seen)
+        tracked = situations[:, self._tracked :]
+        return self.observe(beams, mounted, rows[:, 1:6], targets, earlier, tracked)
 
     def observe(
         self,
@@ -226,7 +226,7 @@ class RoomRenderer:
         motions: NDArray[np.float64],
         targets: NDArray[np.float64],
         earlier: EarlierScans | None = None,
-        seen: NDArray[np.float32] | None = None,
+        tracked: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
         """Return observations of beams that were cast, float32, shape (n, n_observations).
 
@@ -236,7 +236,7 @@ class RoomRenderer:
             motions: Motion of each robot, shape (n, 5).
             targets: Goal, or sub-goal, of each robot [m], shape (n, 2).
             earlier: Earlier scans, where the terms have one.
-            seen: Tracked movers, where the terms have some; see ``SeenMovers``.
+            tracked: Movers by their tracks, where the terms have some; see ``SeenMovers``.
         """
         terms, motions = self.terms, as_kept(motions)
         poses = motions[:, X : YAW + 1].copy()
@@ -257,8 +257,8 @@ class RoomRenderer:
             most = self._lasers.max_ranges[mounted].astype(np.float32)[:, None]
             rows[:, first:head] = np.minimum(np.float32(1.0) / rows[:, first:head], most)
         rows[:, head : end - 2], rows[:, end - 2 : end] = goals, motions[:, V:]
-        if seen is not None:
-            rows[:, end:] = seen.reshape(len(beams), behind)
+        if tracked is not None:
+            rows[:, end:] = tracked.reshape(len(beams), behind)
         return rows
 
 

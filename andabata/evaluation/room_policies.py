@@ -20,6 +20,7 @@ _READ = (
     "window_unit",
     "earlier_scan",
     "goal_encoding",
+    "tracked_movers",
     "robot",
     "lidar",
 )
@@ -52,9 +53,10 @@ def trained_in(policy: Policy) -> RoomTaskConfig | None:
 def fitted(policy: Policy, config: RoomConfig) -> tuple[Policy, RoomConfig]:
     """Return a policy for any number of points, and a task with the robot and terms that it reads.
 
-    Robot, windows, earlier scan and form of the goal are those of its training. A policy that does
-    not say how it was trained takes the task's own, but for the form of the goal. Ranges count up
-    to the largest one of the training, so that the open looks as it did there.
+    Robot, windows, earlier scan, form of the goal and number of tracked movers are those of its
+    training. A policy that does not say how it was trained takes the task's own, but for the form
+    of the goal. Ranges count up to the largest one of the training, so that the open looks as it
+    did there.
 
     Args:
         policy: Policy.

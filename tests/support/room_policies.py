@@ -16,10 +16,12 @@ def point_policy(seed=0, features=5, info=None):
     return actor.policy(info or {})
 
 
-def window_policy(plan_name="td3", hidden=(8, 8)):
+def window_policy(plan_name="td3", hidden=(8, 8), **changes):
     """Return a policy of TD3's task that was never trained, but says how it would have been."""
     plan = load_plan(plan_name, task="td3")
-    task = plan.stages["Rooms"].environment
+    task = plan.stages["Rooms"].environment.model_copy(update=changes)
     torch.manual_seed(0)
     actor = DeterministicActor(task.observations, task.actions, hidden, None)
-    return actor.policy({"config": plan.model_dump(mode="json"), "stage": "Rooms", "seed": 0})
+    config = plan.model_dump(mode="json")
+    config["stages"]["Rooms"]["environment"] = task.model_dump(mode="json")
+    return actor.policy({"config": config, "stage": "Rooms", "seed": 0})

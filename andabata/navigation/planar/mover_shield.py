@@ -110,6 +110,11 @@ class MoverShield:
         self._law = _Law(config.step, *looks, radius, config.mover_margin, config.margin)
         self.reset()
 
+    @property
+    def movers(self) -> TrackedMovers:
+        """Movers as of the last scan, in the frame of its pose."""
+        return self._movers
+
     def reset(self) -> None:
         """Forget what was seen."""
         self._tracks.reset()

@@ -58,6 +58,8 @@ class RoomConfig(BaseModel):
             were seen from the present pose: what moves differs. 0 gives none, as in the papers.
         goal_encoding: ``cosine`` gives the goal as distance / 5, cosine and sine of its bearing
             (assumption), ``polar`` as distance and bearing (both papers).
+        tracked_movers: Number of the nearest movers that are given with place, velocity and radius,
+            as the shield's tracker finds them in the scans; 0 gives none, as in the papers.
         noise: Standard deviation of a beam's range [m] (BARN's robot: 0.01).
         drift: Factor of the drift of the pose that map, shield and the goal's bearing go by, times
             that of BARN's robot: scale, heading and slip of its odometry. 0 believes the truth, as
@@ -90,6 +92,7 @@ class RoomConfig(BaseModel):
     window_unit: Literal["reciprocals", "ranges"] = "reciprocals"
     earlier_scan: int = Field(default=0, ge=0, le=100)
     goal_encoding: GoalEncoding = "cosine"
+    tracked_movers: int = Field(default=0, ge=0, le=20)
     noise: float = Field(default=0.0, ge=0)
     drift: float = Field(default=0.0, ge=0, le=10)
     randomization: LidarRandomization | None = None
@@ -157,6 +160,7 @@ class RoomConfig(BaseModel):
             as_ranges=self.window_unit == "ranges",
             earlier_scan=self.earlier_scan,
             goal_encoding=self.goal_encoding,
+            tracked_movers=self.tracked_movers,
         )
 
     @property

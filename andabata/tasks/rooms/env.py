@@ -30,6 +30,7 @@ from andabata.tasks.rewards import (
 from andabata.tasks.rooms.batch import RoomBatch, room_arrays
 from andabata.tasks.rooms.config import RoomConfig
 from andabata.tasks.rooms.kernel import V
+from andabata.tasks.rooms.mover_terms import SeenMovers
 from andabata.tasks.rooms.observations import RoomRenderer, noisy
 from andabata.tasks.rooms.scan_history import ScanHistory
 from andabata.tasks.rooms.terms import encoded_goals
@@ -64,7 +65,8 @@ class RoomVectorEnv(PlanarVectorEnv):
     | td3, printed | ranges (40,), goal (2,), velocity (2,) |
     | td3, gdae | ranges (20,), goal (2,), velocity (2,) |
 
-    With ``earlier_scan`` the windows of an earlier scan stand behind those of the present. With
+    With ``earlier_scan`` the windows of an earlier scan stand behind those of the present, with
+    ``tracked_movers`` the nearest movers behind all, by the tracker of the shield. With
     ``shield`` a command may be replaced by one that gets out of the way of movers. With ``drift``
     robots go by a pose that drifts, with ``noise`` their beams are not exact. An earlier scan is
     aligned by the true motion: in its few steps a pose hardly drifts.
@@ -111,6 +113,8 @@ class RoomVectorEnv(PlanarVectorEnv):
         count = 0 if config.map is None else num_envs
         self._maps = [LidarMap(config.map, config.robot.radius) for _ in range(count)]
         self._shields = [] if config.shield is None else [_shield(config) for _ in range(num_envs)]
+        seen = config.tracked_movers, config.lidar, config.robot.period
+        self._seen = SeenMovers(num_envs, *seen, self._shields)
         self._targets = np.zeros((num_envs, 2))
         self._goal_bearings = np.zeros(num_envs)
         self._history: ScanHistory | None = None
@@ -146,7 +150,7 @@ class RoomVectorEnv(PlanarVectorEnv):
         batch, history = self._in_rooms, self._history
         earlier = None if history is None else history.earlier
         state = batch.places, batch.motions, self._targets, batch.movers
-        return self._renderer.situations(*state, earlier)
+        return self._renderer.situations(*state, earlier, self._seen.rows)
 
     def _place(self, k: int, rng: np.random.Generator, options: dict[str, Any]) -> int:
         """Put a robot down in a room; return the room's index."""
@@ -162,6 +166,7 @@ class RoomVectorEnv(PlanarVectorEnv):
             self._maps[k].reset()
         if self._shields:
             self._shields[k].reset()
+        self._seen.restart(k)
         if self._history is not None:
             self._history.restart(k)
         return index
@@ -248,6 +253,7 @@ class RoomVectorEnv(PlanarVectorEnv):
             self._targets[k] = self._subgoal(k, row)
         for row, k in zip(beams, numbers.tolist(), strict=True) if self._shields else ():
             self._shields[k].update(LaserPose(*batch.believed[k].tolist()), 1.0 / row)
+        self._seen.update(numbers.tolist(), batch.believed, beams)
         if batch.odometry is not None:
             poses, believed = batch.poses[numbers], batch.believed[numbers]
             self._targets[numbers] = as_believed(self._targets[numbers], poses, believed)
@@ -261,6 +267,7 @@ class RoomVectorEnv(PlanarVectorEnv):
             batch.motions[numbers],
             self._targets[numbers],
             earlier,
+            self._seen.rows[numbers],
         )
 
     def _noisy(self, k: int, row: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -22,6 +22,7 @@ from andabata.tasks.rooms.kernel import (
     X,
     cast,
 )
+from andabata.tasks.rooms.mover_terms import MOVER_COLUMNS
 from andabata.tasks.rooms.points import bearing_windows, take_earlier_windows, take_points
 from andabata.tasks.rooms.terms import RoomTerms, encoded_goals
 from worlds.rooms.mover_motion import Movers
@@ -108,7 +109,8 @@ class RoomRenderer:
 
     A situation is a float32 row: index of the room; x, y, yaw, speed and yaw rate of the robot;
     x and y of the goal; x and y, velocity in x and y, and radius of each moving obstacle, 0 where
-    there is none. With an earlier scan its pose follows, and x, y and radius of each obstacle then.
+    there is none. With an earlier scan its pose follows, and x, y and radius of each obstacle then,
+    with tracked movers these as they were observed, for which no other laser is drawn.
     Without noise the same laser gives the same bits as when the robot was there.
 
     Attributes:
@@ -137,6 +139,8 @@ class RoomRenderer:
         self.size = _HEAD + _MOVER * movers
         if terms.earlier_scan:
             self.size += _EARLIER * (1 + movers)
+        self._tracked = self.size
+        self.size += MOVER_COLUMNS * terms.tracked_movers
         self.terms, self.movers = terms, movers
         self._rooms = rooms
         self._lasers = laser_arrays(lidars)
@@ -150,6 +154,7 @@ class RoomRenderer:
         targets: NDArray[np.float64],
         movers: Movers,
         earlier: EarlierScans | None = None,
+        tracked: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
         """Return the situations of robots, float32, shape (n, size).
 
@@ -159,6 +164,7 @@ class RoomRenderer:
             targets: Goal, or sub-goal, that each robot is given [m], shape (n, 2).
             movers: Moving obstacles; those that are not there have radius 0.
             earlier: Earlier scans, where the terms have one.
+            tracked: Movers by their tracks, where the terms have some; see ``SeenMovers``.
         """
         columns = [places[:, None], motions, targets]
         around = [movers.places, movers.velocities, movers.radii[..., None]]
@@ -166,6 +172,8 @@ class RoomRenderer:
         if earlier is not None:
             columns.append(earlier.poses)
             columns.append(_present([earlier.places, earlier.radii[..., None]], earlier.radii))
+        if tracked is not None:
+            columns.append(tracked.reshape(len(places), -1).astype(np.float64))
         return np.concatenate(columns, axis=1).astype(np.float32)
 
     def __call__(
@@ -205,10 +213,11 @@ class RoomRenderer:
         beams, earlier = scanned(poses, around[..., :2], around[..., 4]), None
         if self.terms.earlier_scan:
             then = rows[:, end : end + _EARLIER].copy()
-            around = rows[:, end + _EARLIER :].reshape(count, self.movers, _EARLIER)
+            around = rows[:, end + _EARLIER : self._tracked].reshape(count, self.movers, _EARLIER)
             places, radii = around[..., :2], around[..., 2]
             earlier = EarlierScans(scanned(then, places, radii), then, places, radii)
-        return self.observe(beams, mounted, rows[:, 1:6], targets, earlier)
+        tracked = situations[:, self._tracked :]
+        return self.observe(beams, mounted, rows[:, 1:6], targets, earlier, tracked)
 
     def observe(
         self,
@@ -217,6 +226,7 @@ class RoomRenderer:
         motions: NDArray[np.float64],
         targets: NDArray[np.float64],
         earlier: EarlierScans | None = None,
+        tracked: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
         """Return observations of beams that were cast, float32, shape (n, n_observations).
 
@@ -226,13 +236,16 @@ class RoomRenderer:
             motions: Motion of each robot, shape (n, 5).
             targets: Goal, or sub-goal, of each robot [m], shape (n, 2).
             earlier: Earlier scans, where the terms have one.
+            tracked: Movers by their tracks, where the terms have some; see ``SeenMovers``.
         """
         terms, motions = self.terms, as_kept(motions)
         poses = motions[:, X : YAW + 1].copy()
         goals = encoded_goals(poses, as_kept(targets), terms.goal_encoding)
         first = 3 * terms.points
         head = first + terms.windows * (1 if earlier is None else 2)
-        rows = np.empty((len(beams), head + goals.shape[1] + 2), dtype=np.float32)
+        end = head + goals.shape[1] + 2
+        behind = MOVER_COLUMNS * terms.tracked_movers
+        rows = np.empty((len(beams), end + behind), dtype=np.float32)
         chosen = np.ones(len(beams), dtype=np.bool_)
         take_points(beams, chosen, self._lasers, mounted, terms.points, self._windows, rows)
         if earlier is not None:
@@ -243,7 +256,9 @@ class RoomRenderer:
             # The reciprocal of that of the largest range may be larger by rounding.
             most = self._lasers.max_ranges[mounted].astype(np.float32)[:, None]
             rows[:, first:head] = np.minimum(np.float32(1.0) / rows[:, first:head], most)
-        rows[:, head:-2], rows[:, -2:] = goals, motions[:, V:]
+        rows[:, head : end - 2], rows[:, end - 2 : end] = goals, motions[:, V:]
+        if tracked is not None:
+            rows[:, end:] = tracked.reshape(len(beams), behind)
         return rows
 
 

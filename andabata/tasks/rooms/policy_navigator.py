@@ -67,7 +67,16 @@ class RoomPolicyNavigator:
             similarity: Units of the policy.
             map_config: Settings of the map that gives sub-goals; None heads for the goal itself.
             rng: Draws of the noise that the policy drives with.
+
+        Raises:
+            ValueError: If the policy reads tracked movers, which this robot does not track.
         """
+        if task.terms.tracked_movers:
+            raise ValueError(
+                "policy: expected one without tracked movers, which this robot does not track, got "
+                f"one that reads {task.terms.tracked_movers}; train one with "
+                "--set stages.Rooms.environment.tracked_movers=0"
+            )
         self.policy, self._vehicle, self._rng = policy, vehicle, rng
         self._similarity, self._task = similarity, task
         self._renderer = RoomRenderer(room_arrays([]), [task.lidar], task.terms)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andabata.tasks.rooms.kernel import MIN_RANGE
+from andabata.tasks.rooms.mover_terms import MOVER_COLUMNS
 from andabata.tasks.rooms.points import SECTORS
 from rl.spaces import ObservationSpec, ObservationTerm
 
@@ -32,6 +33,7 @@ class RoomTerms:
         earlier_scan: Number of control steps since the scan that is given as windows beside the
             present one, as if it were seen from the present pose; 0 for none.
         goal_encoding: Form of the goal.
+        tracked_movers: Number of the nearest tracked movers; 0 for none.
     """
 
     points: int = 120
@@ -40,6 +42,7 @@ class RoomTerms:
     as_ranges: bool = False
     earlier_scan: int = 0
     goal_encoding: GoalEncoding = "cosine"
+    tracked_movers: int = 0
 
     @property
     def window_bearings(self) -> NDArray[np.float64]:
@@ -58,6 +61,7 @@ def room_observations(terms: RoomTerms, max_range: float, max_speed: float) -> O
     | ``earlier_windows`` or ``earlier_ranges`` | (windows,) | the same of the earlier scan |
     | ``goal`` | (3,) or (2,) | distance / 5 m, cosine, sine; or distance [m], bearing [rad] |
     | ``velocity`` | (2,) | speed [m/s], yaw rate [rad/s] |
+    | ``movers`` | (tracked_movers, 6) | each as in ``MOVER_COLUMNS``, the nearest first |
 
     Args:
         terms: Parts of an observation.
@@ -80,6 +84,9 @@ def room_observations(terms: RoomTerms, max_range: float, max_speed: float) -> O
     else:
         terms_of_task.append(_term("goal", (3,), -1.0, _FAR / GOAL_DISTANCE, "5 m, 1, 1"))
     terms_of_task.append(_term("velocity", (2,), -max_speed, max_speed, "m/s, rad/s"))
+    if terms.tracked_movers:
+        shape = (terms.tracked_movers, MOVER_COLUMNS)
+        terms_of_task.append(_term("movers", shape, -near, near, "1/m, m/s, m, 1"))
     return ObservationSpec(terms=tuple(terms_of_task))
 
 

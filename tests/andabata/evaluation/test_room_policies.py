@@ -41,6 +41,19 @@ def test_an_earlier_scan_comes_with_the_policy():
     assert trained_in(with_info(policy, info)).earlier_scan == 3
 
 
+def test_tracked_movers_come_with_the_policy():
+    """A policy that reads them drives a robot that tracks them; one that does not, one without."""
+    own = TASK.model_copy(update={"tracked_movers": 3})
+    assert fitted(window_policy(), own)[1].tracked_movers == 0
+    policy = window_policy(tracked_movers=3)
+    actor, task = fitted(policy, TASK)
+    assert task.tracked_movers == 3
+    assert actor.observations.term("movers").shape == (3, 6)
+    # A file that names the term, and does not say how it was trained, fits no robot without it.
+    with pytest.raises(ValueError, match=r"expected one that drives in rooms.*movers \(3, 6\)"):
+        fitted(with_info(policy, {}), TASK)
+
+
 def test_open_space_looks_as_in_training():
     """Ranges count up to those of the training; reciprocals of a longer laser stay."""
     far = TASK.model_copy(update={"lidar": PlanarLidarConfig.parse("hokuyo-270")})

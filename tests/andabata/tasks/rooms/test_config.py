@@ -122,6 +122,13 @@ def test_terms_are_in_radians_and_of_the_lasers_range():
     assert room_actions(config.robot).high == (1.0, 1.0)
 
 
+def test_tracked_movers_are_off_by_default():
+    """No movers are observed but by a setting of their own, six numbers each."""
+    assert Td3TaskConfig().terms.tracked_movers == SpnConfig().tracked_movers == 0
+    config = Td3TaskConfig(tracked_movers=3)
+    assert config.observations.size == Td3TaskConfig().observations.size + 3 * 6
+
+
 def test_names_of_rooms_and_lasers_become_fields():
     """One name or several; what is not named is not a field; a wrong label is refused."""
     assert named_parts(None, None) == {}

@@ -83,6 +83,7 @@ def test_a_wall_is_an_obstacle_in_infos(on_a_way):
         {"earlier_scan": 4, "window_unit": "ranges", "goal_encoding": "polar"},
         {"earlier_scan": 2, "points": 30, "lidar": PLANAR_LIDARS["ten-beams-forward"]},
         {"windows": 20, "window_fov_deg": 180.0, "window_unit": "ranges"},
+        {"tracked_movers": 2, "earlier_scan": 2, "points": 30},
     ],
 )
 def test_situations_with_movers_give_the_same_bits(changes):
@@ -194,6 +195,44 @@ def test_the_improved_reward_compares_headings_and_distances(on_a_way):
     assert found == [(1.5, 1.5), (-2.0, 1.5), (-2.0, 1.5)]
     env.reset(seed=0, options=drive(0.0, 0.0, 0.0, (0.0, -2.5)))
     assert step(env, [-1.0, -1.0])[4]["reward_terms"]["heading"][0] == 1.5
+
+
+@pytest.mark.parametrize("shield", [None, MoverShieldConfig()])
+def test_tracked_movers_are_what_the_scans_show(on_a_way, shield):
+    """Behind a post nothing is tracked, whatever moves there; in sight it is, after some scans."""
+    mover = {"radius": 0.3, "place": (3.0, -1.0), "speed": 0.5, "heading_deg": 90}
+    config = MOVING.model_copy(update={"tracked_movers": 3, "shield": shield})
+    hidden = on_a_way([mover, {"radius": 0.5, "place": (1.0, 0.0)}], config, goal=(-3.0, 0.0))
+    seen = on_a_way([mover], config, goal=(-3.0, 0.0))
+    for k in range(20):
+        behind, ahead = (part(env, step(env, STAND)[0], "movers")[0] for env in (hidden, seen))
+        place = np.array([3.0, -1.0 + 0.05 * (k + 1)])
+        if abs(place[1]) < 0.3:
+            assert not behind.any()
+        assert (k >= 2) or not ahead.any()
+    assert ahead[:, 5].tolist() == [1.0, 0.0, 0.0]
+    np.testing.assert_allclose(ahead[0, :2] * (place @ place), place, atol=0.05)
+    np.testing.assert_allclose(ahead[0, 2:5], [0.0, 0.5, 0.3], atol=0.08)
+    # The next drive begins without tracks.
+    states, _ = seen.reset(seed=0, options=drive(0.0, 0.0, 0.0, (-3.0, 0.0)))
+    assert not part(seen, states, "movers").any()
+
+
+def test_tracked_movers_change_nothing_else():
+    """All other terms, rewards and ends stay the same to the bit."""
+    bare, seeing = (
+        RoomVectorEnv(MOVING.model_copy(update=u), 8) for u in ({}, {"tracked_movers": 3})
+    )
+    rng, size = np.random.default_rng(5), bare.config.observations.size
+    states, seen = [env.reset(seed=4)[0] for env in (bare, seeing)], 0
+    for _ in range(40):
+        np.testing.assert_array_equal(states[0], states[1][:, :size])
+        actions = rng.uniform((-0.5, -1.0), 1.0, (8, 2)).astype(np.float32)
+        (one, *rest, _), (other, *others, _) = (env.step(actions) for env in (bare, seeing))
+        states = [one, other]
+        np.testing.assert_array_equal(rest, others)
+        seen += np.count_nonzero(other[:, -1 - 2 * 6])
+    assert seen > 10
 
 
 def test_a_shield_keeps_a_robot_out_of_the_way(on_a_way):

@@ -189,6 +189,23 @@ def test_a_situation_holds_what_moves_and_what_was():
     assert made.size == len(row)
 
 
+def test_tracked_movers_stand_behind_all_else():
+    """They are kept at the end of a situation as they are, and rendered behind the velocity."""
+    terms = RoomTerms(0, earlier_scan=3, tracked_movers=2)
+    made = RoomRenderer(room_arrays(ROOMS), [LIDAR], terms, movers=1)
+    without = RoomRenderer(room_arrays(ROOMS), [LIDAR], replace(terms, tracked_movers=0), movers=1)
+    batch, goals = driven_batch(6)
+    then = batch.poses, batch.movers.places, batch.movers.radii
+    earlier = EarlierScans(batch.reciprocals, *then)
+    seen = np.random.default_rng(0).normal(size=(6, 2, 6)).astype(np.float32)
+    state = batch.places, batch.motions, goals, batch.movers, earlier
+    situations, bare = made.situations(*state, seen), without.situations(*state)
+    assert made.size == without.size + 12
+    np.testing.assert_array_equal(situations, np.hstack([bare, seen.reshape(6, 12)]))
+    rows, rest = (one(sight, None) for one, sight in ((made, situations), (without, bare)))
+    np.testing.assert_array_equal(rows, np.hstack([rest, seen.reshape(6, 12)]))
+
+
 def test_situations_without_movers_end_with_the_goal():
     """Eight numbers: room, pose, speeds, goal."""
     made = renderer(movers=0)

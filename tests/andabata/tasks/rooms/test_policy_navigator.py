@@ -93,3 +93,11 @@ def test_commands_stay_within_the_limits_of_the_robot():
     made = navigator(length=8.0, rate=8.0)
     command = made.act(readings(8.0, 8.0))
     assert FAST.limited(command) == command
+
+
+def test_a_policy_that_reads_tracked_movers_is_refused():
+    """This robot tracks none: the error names the setting to train without."""
+    task = Td3TaskConfig(lidar=LIDAR, tracked_movers=3)
+    policy, rng = window_policy(tracked_movers=3), np.random.default_rng(0)
+    with pytest.raises(ValueError, match=r"without tracked movers.*tracked_movers=0"):
+        RoomPolicyNavigator(FAST, policy, task, SimilarityConfig(), None, rng)

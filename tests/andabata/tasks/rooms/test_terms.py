@@ -61,5 +61,8 @@ def test_the_terms_say_what_there_is():
     assert [term.name for term in spec.terms] == names
     assert (spec.term("ranges").high, spec.term("ranges").unit) == (10.0, "m")
     assert spec.term("earlier_ranges").shape == (40,)
+    seeing = room_observations(RoomTerms(0, windows=40, tracked_movers=3), 10.0, 1.0)
+    assert (seeing.terms[:-1], seeing.terms[-1].name) == (plain.terms, "movers")
+    assert seeing.terms[-1].shape == (3, 6)
     # The paper's state, and its earlier scan: 40 ranges, distance, bearing, speed and yaw rate.
     assert spec.size == 40 + 44

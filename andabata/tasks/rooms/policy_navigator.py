@@ -69,14 +69,15 @@ class RoomPolicyNavigator:
             rng: Draws of the noise that the policy drives with.
 
         Raises:
-            ValueError: If the policy reads tracked movers, which this robot does not track.
+            ValueError: If the policy reads tracked movers or an earlier scan, which this robot does
+                not keep.
         """
-        if task.terms.tracked_movers:
-            raise ValueError(
-                "policy: expected one without tracked movers, which this robot does not track, got "
-                f"one that reads {task.terms.tracked_movers}; train one with "
-                "--set stages.Rooms.environment.tracked_movers=0"
-            )
+        for name in ("tracked_movers", "earlier_scan"):
+            if number := getattr(task.terms, name):
+                raise ValueError(
+                    f"policy: expected one without {name}, which this robot does not keep, got one "
+                    f"with {number}; train one with --set stages.Rooms.environment.{name}=0"
+                )
         self.policy, self._vehicle, self._rng = policy, vehicle, rng
         self._similarity, self._task = similarity, task
         self._renderer = RoomRenderer(room_arrays([]), [task.lidar], task.terms)

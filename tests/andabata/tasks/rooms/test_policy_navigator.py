@@ -95,9 +95,10 @@ def test_commands_stay_within_the_limits_of_the_robot():
     assert FAST.limited(command) == command
 
 
-def test_a_policy_that_reads_tracked_movers_is_refused():
-    """This robot tracks none: the error names the setting to train without."""
-    task = Td3TaskConfig(lidar=LIDAR, tracked_movers=3)
-    policy, rng = window_policy(tracked_movers=3), np.random.default_rng(0)
-    with pytest.raises(ValueError, match=r"without tracked movers.*tracked_movers=0"):
+@pytest.mark.parametrize("name", ["tracked_movers", "earlier_scan"])
+def test_a_policy_that_reads_what_this_robot_does_not_keep_is_refused(name):
+    """The error names the setting to train without."""
+    task = Td3TaskConfig(lidar=LIDAR, **{name: 3})
+    policy, rng = window_policy(**{name: 3}), np.random.default_rng(0)
+    with pytest.raises(ValueError, match=rf"without {name}.*{name}=0"):
         RoomPolicyNavigator(FAST, policy, task, SimilarityConfig(), None, rng)

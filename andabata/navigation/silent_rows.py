@@ -16,6 +16,7 @@ _SECTORS = 128
 """Number of sectors of a turn."""
 
 _NEVER = -np.inf
+"""Stamp of a sector without any return [s]."""
 
 
 class SilentRows:

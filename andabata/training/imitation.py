@@ -254,7 +254,7 @@ def judge_decisions(folder: Path) -> JudgedDecisions:
         folder: Folder of the rounds.
 
     Raises:
-        ValueError: If it holds no finished round.
+        ValueError: If it holds no finished round of an imitation.
     """
     last = len(list(folder.glob("round-*.safetensors"))) - 1
     files = [folder / f"round-{max(last - 1, 0)}.safetensors", folder / f"round-{last}.npz"]
@@ -264,11 +264,15 @@ def judge_decisions(folder: Path) -> JudgedDecisions:
             f"`andabata policy imitate --out {folder}`"
         )
     policy = load_policy(files[0])
+    if not isinstance(policy, CropPricesPolicy):
+        raise ValueError(
+            f"{folder}: expected rounds of `andabata policy imitate`, got a policy of architecture "
+            f"{policy.architecture}; name a folder of that command"
+        )
     with np.load(files[1], allow_pickle=False) as kept:
         labels = MapLabels(kept["observations"], kept["prices"])
     config = ImitationConfig.model_validate(policy.info["config"])
     _check_labels(labels)
-    assert isinstance(policy, CropPricesPolicy)
     given = np.array([policy.prices(row.astype(np.float32)) for row in labels.observations])
     chosen = given.argmin(axis=1)[:, None]
     beyond = labels.prices - labels.prices.min(axis=1, keepdims=True)

@@ -32,7 +32,7 @@ class Decision(NamedTuple):
     """A decision with the prices of all actions beyond the best one.
 
     Attributes:
-        observation: What the policy saw, float32, shape (n_observations,).
+        observation: Observation of the policy, float32, shape (n_observations,).
         given: Prices of the policy [s], shape (a,).
         wanted: Prices of the teacher [s], shape (a,).
     """

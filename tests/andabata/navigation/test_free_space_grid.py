@@ -216,4 +216,4 @@ def test_ground_that_no_beam_reaches_is_as_high_as_the_robot_stands():
         returns = look(free, body, 0.3, base=base)
         assert set(returns[:, KIND].tolist()) == {kind}
     returns = look(grid(), [(1.3, 0.1, 5.9)], 0.0, base=base)
-    np.testing.assert_allclose(returns[:, HEIGHT], 0.9, atol=1e-6)
+    assert returns[:, HEIGHT].tolist() == pytest.approx([0.9], abs=1e-6)

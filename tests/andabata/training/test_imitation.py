@@ -15,6 +15,7 @@ from andabata.training.imitation import (
 )
 from andabata.training.map_labels import MapLabels, MapLabelsConfig
 from rl.policies.crop_prices import CropPricesPolicy
+from tests.support.room_policies import window_policy
 
 DRIVING = MapLabelsConfig(
     presets=("natural-test",), goals=1, terminations=TerminationConfig(time_limit=4.0)
@@ -117,6 +118,9 @@ def test_decisions_are_judged_by_the_policy_that_has_not_learned_from_them(tmp_p
     assert judge_decisions(tmp_path).regrets.mean() < 0.1
     (tmp_path / "round-0.safetensors").unlink()
     with pytest.raises(ValueError, match="andabata policy imitate --out"):
+        judge_decisions(tmp_path)
+    (tmp_path / "round-0.safetensors").write_bytes(window_policy("td3").to_bytes())
+    with pytest.raises(ValueError, match="got a policy of architecture deterministic"):
         judge_decisions(tmp_path)
 
 

@@ -35,9 +35,10 @@ _ANY_TIME = (-np.inf, np.inf)
 
 
 class TrackConfig(BaseModel):
-    """Gains and gates of tracks, all of them assumptions.
+    """What a laser's tracks begin with, their gains and gates, all of them assumptions.
 
     Attributes:
+        detector: Settings of the detector.
         gate: Largest distance of a detection from where its track expects it [m].
         radius_gate: Largest difference of their radii [m].
         velocity_gain: Share of the velocity between the last two looks in the mean.
@@ -54,6 +55,7 @@ class TrackConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    detector: MoverDetectorConfig = Field(default_factory=MoverDetectorConfig)
     gate: float = Field(default=0.3, gt=0)
     radius_gate: float = Field(default=0.35, gt=0)
     velocity_gain: float = Field(default=0.5, gt=0, le=1)
@@ -70,6 +72,7 @@ class TrackConfig(BaseModel):
 def _frame_tracks() -> TrackConfig:
     """Return the settings for a laser that sees all around many times a second."""
     return TrackConfig(
+        detector=MoverDetectorConfig(min_top=0.7, min_extent=0.4),
         velocity_gain=0.15,
         coasting_time=1.0,
         least_interval=0.0,
@@ -84,7 +87,6 @@ class MoverPerceptionConfig(BaseModel):
 
     Attributes:
         free_space: Settings of the free space grid.
-        detector: Settings of the detector.
         turning: Settings of the tracks of a turning laser.
         frames: Settings of the tracks of a 3D laser.
         look: Beams that count.
@@ -99,7 +101,6 @@ class MoverPerceptionConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     free_space: FreeSpaceConfig = Field(default_factory=FreeSpaceConfig)
-    detector: MoverDetectorConfig = Field(default_factory=MoverDetectorConfig)
     turning: TrackConfig = Field(default_factory=TrackConfig)
     frames: TrackConfig = Field(default_factory=_frame_tracks)
     look: LookConfig = Field(default_factory=LookConfig)
@@ -108,6 +109,20 @@ class MoverPerceptionConfig(BaseModel):
     guard_movers: int = Field(default=6, ge=1)
     guard_share: float = Field(default=0.5, gt=0, lt=1)
     max_reach: float = Field(default=0.5, ge=0)
+
+
+class _Follower(NamedTuple):
+    """What finds movers in the returns of a kind of laser, and follows them.
+
+    Attributes:
+        law: Numbers of the detector.
+        tracks: Tracks of what it finds.
+        turn_time: Time in which the laser sees all around [s].
+    """
+
+    law: DetectorLaw
+    tracks: MoverTracks
+    turn_time: float
 
 
 class _Look(NamedTuple):
@@ -155,14 +170,14 @@ class MoverPerception:
         self.config = config
         self._height, self._period = lidar_height, period
         self._grid = FreeSpaceGrid(config.free_space)
-        self._law = DetectorLaw.of(config.detector, config.free_space.cell)
-        self._turning, self._frames = self._tracks(config.turning), self._tracks(config.frames)
+        self._turning = self._follower(config.turning)
+        self._frames = self._follower(config.frames)
         self._rays = LookRays(config.look, lidar_height, rows_deg)
         self._memory = max(config.look_time, config.turning.turn_time, config.frames.turn_time)
         self.reset()
 
-    def _tracks(self, config: TrackConfig) -> MoverTracks:
-        """Return tracks of some settings."""
+    def _follower(self, config: TrackConfig) -> _Follower:
+        """Return a detector and its tracks of some settings."""
         law = TrackLaw(
             config.gate,
             config.radius_gate,
@@ -173,7 +188,11 @@ class MoverPerception:
             config.drift_speed,
             config.least_interval,
         )
-        return MoverTracks(law, config.confirmation_looks, config.min_speed, config.min_travel)
+        return _Follower(
+            DetectorLaw.of(config.detector, self.config.free_space.cell),
+            MoverTracks(law, config.confirmation_looks, config.min_speed, config.min_travel),
+            config.turn_time,
+        )
 
     def reset(self) -> None:
         """Forget everything."""
@@ -184,8 +203,8 @@ class MoverPerception:
     def _forget(self) -> None:
         """Forget what was seen."""
         self._grid.reset()
-        self._turning.reset()
-        self._frames.reset()
+        self._turning.tracks.reset()
+        self._frames.tracks.reset()
         self._looks: deque[_Look] = deque()
         self.movers = TrackedMovers.none()
 
@@ -205,11 +224,10 @@ class MoverPerception:
             # What the plane has passed by now, and had not at the last step.
             end = stamp - config.settling_time
             passed = (end - scans * self._period, end)
-            self._follow(self._turning, config.look_time, passed, config.turning, scans)
+            self._follow(self._turning, config.look_time, passed, scans)
         for frame in readings.frames:
             self._take(self._rays.of_frame(frame, track), stamp)
-            share = scans / len(readings.frames)
-            self._follow(self._frames, 0.0, _ANY_TIME, config.frames, share)
+            self._follow(self._frames, 0.0, _ANY_TIME, scans / len(readings.frames))
 
     @property
     def transient_places(self) -> NDArray[np.float64]:
@@ -242,19 +260,17 @@ class MoverPerception:
 
     def _follow(
         self,
-        tracks: MoverTracks,
+        follower: _Follower,
         span: float,
         complete: tuple[float, float],
-        config: TrackConfig,
         scans: float,
     ) -> None:
         """Detect movers in the returns of a span [s], and follow them.
 
         Args:
-            tracks: Tracks.
+            follower: Detector and tracks.
             span: Span before the last returns from which a cluster is put together [s].
             complete: Times of the newest return of a cluster that is complete [s].
-            config: Settings of the tracks.
             scans: Time since the last call in control periods.
         """
         last = self._looks[-1]
@@ -263,13 +279,13 @@ class MoverPerception:
         discs = np.empty((0, 3))
         if any(look.came for look in recent):
             returns = np.concatenate([look.returns for look in recent])
-            discs = detect_movers(returns, self._origin, complete, self._law)
+            discs = detect_movers(returns, self._origin, complete, follower.law)
         self._looks[-1] = last._replace(movers=len(discs))
-        if self._everything_moves(config.turn_time):
+        if self._everything_moves(follower.turn_time):
             self.jumps += 1
             self._forget()
             return
-        self.movers = tracks.update(discs, scans)
+        self.movers = follower.tracks.update(discs, scans)
 
     def _everything_moves(self, turn_time: float) -> bool:
         """Return True if so much came in a turn of the laser [s] that the pose must have jumped."""

@@ -47,6 +47,7 @@ class CircleTracksConfig(BaseModel):
         confirmation_scans: Number of scans after which a track counts.
         coasting_scans: Number of scans that it goes on without being seen.
         min_speed: Speed from which on it moves [m/s].
+        min_travel: Distance from where it was first seen from which on it moves [m].
         memory: Time for which scans are remembered [s].
         passes: Duration of those of them that have to show that a track moves, by beams that pass
             its hits [s]; 0 believes each track that is fast enough. It is believed until all that
@@ -71,6 +72,7 @@ class CircleTracksConfig(BaseModel):
     confirmation_scans: int = Field(default=4, ge=2)
     coasting_scans: int = Field(default=5, ge=0)
     min_speed: float = Field(default=0.1, ge=0)
+    min_travel: float = Field(default=0.2, ge=0)
     memory: float = Field(default=1.5, gt=0)
     passes: float = Field(default=0.3, ge=0)
     probe_depth: float = Field(default=0.05, ge=0)
@@ -125,7 +127,9 @@ class CircleTracks:
         law = TrackLaw(
             config.gate, config.radius_gate, config.velocity_gain, config.coasting_scans, period
         )
-        self._tracks = MoverTracks(law, config.confirmation_scans, config.min_speed)
+        self._tracks = MoverTracks(
+            law, config.confirmation_scans, config.min_speed, config.min_travel
+        )
         passes = PassLaw(config.pass_margin, config.gate, max_range)
         self._remembered = max(2, round(config.memory / period))
         self._least = math.ceil(config.passes / period - _ROUNDING)

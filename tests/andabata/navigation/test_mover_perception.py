@@ -19,14 +19,14 @@ VELOCITY = np.array([0.0, 0.7])
 LASERS = pytest.mark.parametrize("laser", [turning_readings, frame_readings], ids=["2d", "3d"])
 
 
-def walker(begin, start=(3.0, -1.0), velocity=VELOCITY):
+def walker(begin, start=(3.0, -1.0), velocity=VELOCITY, height=1.7):
     """Return a function of the bodies at a time: posts, and a walker from a time on."""
 
     def bodies(stamp):
         if stamp < begin:
             return POSTS
         place = np.array(start) + (stamp - begin) * velocity
-        return np.vstack([POSTS, [*place, 0.25, 1.7]])
+        return np.vstack([POSTS, [*place, 0.25, height]])
 
     return bodies
 
@@ -55,6 +55,17 @@ def test_a_walker_before_a_standing_robot_is_followed(laser, slope):
     np.testing.assert_allclose(movers.radii, [0.25], atol=0.1)
     perception.reset()
     assert not len(perception.movers.radii)
+
+
+@pytest.mark.parametrize(
+    ("laser", "times", "found"),
+    [(turning_readings, (16.0, 7.0), 0), (frame_readings, (4.0, 1.5), 1)],
+    ids=["2d", "3d"],
+)
+def test_an_animal_of_ninety_centimetres_is_sought_by_a_3d_laser_alone(laser, times, found):
+    """What is low and seen once in seconds is a shrub as often."""
+    seconds, begin = times
+    assert follow(laser, seconds, walker(begin, height=0.9))[1] == found
 
 
 @LASERS

@@ -49,8 +49,8 @@ class TrackConfig(BaseModel):
         turn_time: Time in which the laser sees all around [s].
         confirmation_looks: Number of looks that have to see a track before it counts.
         min_speed: Speed from which on it moves [m/s].
-        min_travel: Distance from where it was first seen from which on it moves [m]: of what is
-            half hidden, or full of gaps, another part is seen each time.
+        min_travel: Distance from where it was first seen that a track has to have been at [m]: of
+            what is half hidden, or full of gaps, another part is seen each time.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -71,9 +71,11 @@ class TrackLaw(NamedTuple):
     least_interval: float = 0.0
 
 
-_X, _Y, _VX, _VY, _RADIUS, _SEEN, _MISSED, _AGE, _NUMBER, _X0, _Y0 = range(11)
+_COLUMNS = 12
+_X, _Y, _VX, _VY, _RADIUS, _SEEN, _MISSED, _AGE, _NUMBER, _X0, _Y0, _TRAVEL = range(_COLUMNS)
 """Columns of a track: centre [m], velocity [m/s], radius [m], number of scans that saw it, of
-scans since the last of these and since the first, number of the track, and first centre [m]."""
+scans since the last of these and since the first, number of the track, first centre [m], and the
+largest distance from it at which the track was seen [m]."""
 
 
 class MoverTracks:
@@ -92,7 +94,8 @@ class MoverTracks:
             law: Gains and gates.
             confirmation_scans: Number of scans that have to see a track before it counts.
             min_speed: Speed from which on it moves [m/s].
-            min_travel: Distance from where it was first seen from which on it moves [m].
+            min_travel: Distance from where it was first seen that a track has to have been at [m]:
+                one that comes back there moves on.
         """
         self.law = law
         self._confirmation = confirmation_scans
@@ -101,7 +104,7 @@ class MoverTracks:
 
     def reset(self) -> None:
         """Forget all tracks."""
-        self._tracks, self._begun = np.zeros((0, 11)), 0
+        self._tracks, self._begun = np.zeros((0, _COLUMNS)), 0
 
     def update(self, discs: NDArray[np.float64], scans: float = 1.0) -> TrackedMovers:
         """Take the detections of a scan, and return what moves.
@@ -116,8 +119,7 @@ class MoverTracks:
         self._tracks, self._begun = _followed(self._tracks, discs, law, scans, self._begun)
         tracks = self._tracks
         is_moving = np.hypot(tracks[:, _VX], tracks[:, _VY]) >= self._min_speed
-        away = np.hypot(tracks[:, _X] - tracks[:, _X0], tracks[:, _Y] - tracks[:, _Y0])
-        is_moving &= away >= self._min_travel
+        is_moving &= tracks[:, _TRAVEL] >= self._min_travel
         moving = tracks[is_moving & (tracks[:, _SEEN] >= self._confirmation)]
         growth = np.where(moving[:, _SEEN] > 1, law.drift_speed, law.first_speed)
         return TrackedMovers(
@@ -138,16 +140,16 @@ def _followed(
     scans: float,
     begun: int,
 ) -> tuple[NDArray[np.float64], int]:
-    """Return tracks after a scan, the longest followed first, shape (k, 11), and how many began.
+    """Return tracks after a scan, the longest followed first, shape (k, 12), and how many began.
 
     Args:
-        tracks: Tracks before it, shape (j, 11).
+        tracks: Tracks before it, shape (j, 12).
         discs: Detections of the scan, shape (c, 3).
         law: Gains and gates.
         scans: Time since the scan before it, in periods.
         begun: Number of tracks that began before.
     """
-    followed = np.zeros((len(tracks) + len(discs), 11))
+    followed = np.zeros((len(tracks) + len(discs), _COLUMNS))
     is_taken = np.zeros(len(discs), dtype=np.bool_)
     size, dt = 0, scans * law.period
     for track in tracks:
@@ -177,6 +179,8 @@ def _followed(
             new[_X], new[_Y] = discs[which, 0], discs[which, 1]
             new[_RADIUS] += (discs[which, 2] - track[_RADIUS]) / (seen + 1.0)
             new[_SEEN], new[_MISSED] = seen + 1.0, 0.0
+            away = np.hypot(new[_X] - new[_X0], new[_Y] - new[_Y0])
+            new[_TRAVEL] = max(new[_TRAVEL], away)
     for c in range(len(discs)):
         if not is_taken[c]:
             followed[size, _X], followed[size, _Y] = discs[c, 0], discs[c, 1]

@@ -47,7 +47,7 @@ class CircleTracksConfig(BaseModel):
         confirmation_scans: Number of scans after which a track counts.
         coasting_scans: Number of scans that it goes on without being seen.
         min_speed: Speed from which on it moves [m/s].
-        min_travel: Distance from where it was first seen from which on it moves [m].
+        min_travel: Distance from where it was first seen that a track has to have been at [m].
         memory: Time for which scans are remembered [s].
         passes: Duration of those of them that have to show that a track moves, by beams that pass
             its hits [s]; 0 believes each track that is fast enough. It is believed until all that

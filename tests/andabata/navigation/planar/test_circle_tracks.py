@@ -52,7 +52,7 @@ def test_a_mover_counts_after_some_scans_and_coasts_for_a_few():
     """Hidden behind something it goes on as before; long unseen it is forgotten."""
     seen, config = (
         straight(6, (2.0, 0.0), (0.0, 0.5)),
-        CircleTracksConfig(confirmation_scans=4, coasting_scans=3, passes=0.0),
+        CircleTracksConfig(confirmation_scans=4, coasting_scans=3, passes=0.0, min_travel=0.0),
     )
     assert not len(follow(seen[:3], config=config).radii)
     assert len(follow(seen[:4], config=config).radii) == 1
@@ -86,8 +86,18 @@ def test_a_post_that_seems_to_move_is_no_mover():
             for believed, pose in zip(poses, true, strict=True)
         )
 
-    assert tracks(CircleTracksConfig(passes=0.0)) > 0
-    assert tracks(CircleTracksConfig()) == 0
+    assert tracks(CircleTracksConfig(passes=0.0, min_travel=0.0)) > 0
+    assert tracks(CircleTracksConfig(min_travel=0.0)) == 0
+
+
+def test_a_mover_counts_once_it_has_gone_its_way():
+    """From 0.19 m on, and at the place where it was first seen when it comes back."""
+    config = CircleTracksConfig(confirmation_scans=4, passes=0.0, min_travel=0.19)
+    there = straight(8, (2.0, 0.0), (0.0, 0.5))
+    counts = [len(follow(there[:k], config=config).radii) for k in range(1, 9)]
+    assert counts == [0, 0, 0, 0, 1, 1, 1, 1]
+    back = straight(8, there[-1], (0.0, -0.5))[1:]
+    assert len(follow(there + back, config=config).radii) == 1
 
 
 def test_two_things_close_together_are_two():

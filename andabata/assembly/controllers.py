@@ -1,6 +1,6 @@
 """Controllers by name: what steers, alone or with the local planner around it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -51,6 +51,16 @@ MAPLESS_CONTROLLERS = (
 _PLANNER = "+planner"
 """End of the name of a controller with the local planner around it."""
 
+DEFAULT_CONTROLLER = "planner"
+"""Steers where none is named: with the planner around it no policy that is shipped arrives more
+often, and each is slower."""
+
+_POLICY_CONTROLLER = "policy+planner"
+"""Steers where a policy is named, and no controller."""
+
+_WITH_POLICY = ("policy", _POLICY_CONTROLLER)
+"""Names of the controllers that drive by the policy of ``Models``."""
+
 ORACLE = "oracle"
 """Name of the upper bound."""
 
@@ -68,6 +78,30 @@ def driven_robot(name: str, config: SimulatedRobotConfig) -> SimulatedRobotConfi
     if name != ORACLE:
         return config
     return config.model_copy(update={"localizer": "truth", "errors": _NO_ERRORS})
+
+
+def default_controller(models: Models) -> str:
+    """Return the controller where none is named: one with a policy if it is the user's own."""
+    return DEFAULT_CONTROLLER if models.policy is shipped_policy() else _POLICY_CONTROLLER
+
+
+def refuse_unused_policy(names: Sequence[str], models: Models, option: str) -> None:
+    """Refuse a policy of the user's own that no controller drives by.
+
+    Args:
+        names: Names of the controllers.
+        models: Models of the robot.
+        option: Option that names controllers, for the error.
+
+    Raises:
+        ValueError: If none of them drives by the policy.
+    """
+    is_used = any(name in _WITH_POLICY or is_own(name) for name in names)
+    if models.policy is not shipped_policy() and not is_used:
+        raise ValueError(
+            f"--policy: expected a controller that drives by it, got {', '.join(names)}; add "
+            f"`{option} {_POLICY_CONTROLLER}`, or leave --policy out"
+        )
 
 
 def make_steering(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from andabata.assembly.controllers import DEFAULT_CONTROLLER
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.evaluation.attempt import CONTACTS, Attempt
 from andabata.evaluation.comparison import Attempts, DrivenCell
@@ -70,7 +71,7 @@ class EvaluationConfig(BaseModel):
     suite: str | None = None
     world: str = "natural-test"
     world_seed: int | None = Field(default=None, ge=0)
-    controllers: tuple[str, ...] = ("policy+planner", "reactive")
+    controllers: tuple[str, ...] = (DEFAULT_CONTROLLER, "reactive")
     trials: int = Field(default=20, ge=1, le=EVALUATIONS)
     goals: int = Field(default=10, ge=1, le=10)
     seed: int = Field(default=0, ge=0)

@@ -7,7 +7,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from andabata.assembly.controllers import make_steering
+from andabata.assembly.controllers import (
+    default_controller,
+    make_steering,
+    refuse_unused_policy,
+)
 from andabata.assembly.navigator import NavigatorParts, make_navigator
 from andabata.localization.datum import Datum
 from andabata.machine.fault_injector import FaultInjector
@@ -29,9 +33,6 @@ from andabata.replay.mounting_monitor import MountingMonitor
 from andabata.replay.options import ReplayOptions
 from andabata.replay.recorded_drive import RecordedDrive, inspect_drive
 from andabata.replay.result import LocalizerStatistics, PieceReport, RecordedComparison, left_out
-
-_DEFAULT_CONTROLLER = "policy+planner"
-"""Name of the controller where the recording names none."""
 
 _FAULT_SEED = 1
 """Seed of the garbage of injected faults: a replay gives the same each time."""
@@ -128,7 +129,9 @@ class BagReplay:
         self._has_compass_advice = False
         self._watches: list[FaultWatch] = []
         self._models = options.models or Models()
-        self._controller = options.controller or str(self._drive.controller or _DEFAULT_CONTROLLER)
+        named = options.controller or self._drive.controller
+        self._controller = str(named or default_controller(self._models))
+        refuse_unused_policy((self._controller,), self._models, "--controller")
         self._assemble_navigator()
 
     def _assemble_navigator(self) -> None:

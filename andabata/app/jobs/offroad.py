@@ -1,6 +1,7 @@
 """Evaluation off-road, as a command runs it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from andabata.app.jobs.evaluation import Evaluation, judged
@@ -12,6 +13,7 @@ from andabata.app.options.evaluation import (
 from andabata.app.options.release import ReleaseOptions, refuse_beside_release
 from andabata.app.options.shared import RobotOptions
 from andabata.app.run_kinds import OFFROAD, EvaluationRequest
+from andabata.assembly.controllers import default_controller, refuse_unused_policy
 from andabata.configuration.usage import UsageError
 from andabata.engine import Engine
 from andabata.evaluation.fault_table import fault_rows
@@ -40,6 +42,10 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
     release = options.named()
     refuse_beside_release(release, request.typed, *_CHOSEN)
     robot, driven = given(RobotOptions).base(), given(TrialOptions)
+    models = given(EvaluationModelOptions).load()
+    if driven.controllers is None:
+        names = dict.fromkeys((default_controller(models), *EvaluationConfig().controllers))
+        driven = replace(driven, controllers=",".join(names))
     base = given(OffroadEvaluationOptions).base(robot, request.seed, driven, release)
     config = request.settings.resolve(EvaluationConfig, base)
     if release is not None and not has_bullet():
@@ -47,7 +53,8 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
             "--release: expected pybullet, since judged tables are those of bullet, got none; "
             f"{bullet_step()}"
         )
-    models, reality = given(EvaluationModelOptions).load(), config.simulated_robot.reality.name
+    refuse_unused_policy(config.controllers, models, "--controllers")
+    reality = config.simulated_robot.reality.name
 
     def tabulate(attempts: Sequence[OffroadAttempt], _: Engine) -> dict[str, Any]:
         rows = summarise(attempts, [arm.name for arm in config.arms])

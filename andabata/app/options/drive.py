@@ -10,10 +10,11 @@ if TYPE_CHECKING:
     from andabata.evaluation.drive import Recording
 
 Controller = Annotated[
-    str,
+    str | None,
     typer.Option(
-        help="policy+planner, policy, actor-critic, planner, reactive, reactive+planner, "
-        "straight, random+planner, away+planner or oracle."
+        help="planner, policy+planner, policy, actor-critic, reactive, reactive+planner, "
+        "straight, random+planner, away+planner or oracle. The default is planner, beside "
+        "--policy policy+planner."
     ),
 ]
 Record = Annotated[

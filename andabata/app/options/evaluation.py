@@ -27,8 +27,8 @@ _ROOMS = "Rooms (--task spn or td3)"
 _BARN = "Fields of cylinders (--task barn)"
 _BOTH = "Off-road and fields of cylinders"
 
-_OFFROAD_CONTROLLERS, _OFFROAD_TRIALS = "policy+planner,reactive", 20
-"""Defaults of ``--controllers`` and ``--trials`` off-road."""
+_OFFROAD_TRIALS = 20
+"""Default of ``--trials`` off-road."""
 
 _PAIRS = 100
 """Default of ``--pairs``."""
@@ -82,7 +82,8 @@ class TrialOptions:
             "arcs, dwa, dwa-goal, gap, mpc, mpc-told, mpc-movers, mpc-true-movers, distilled, "
             "distilled+shield, td3, spn, heading with the map of dwa, td3-goal, spn-goal without, "
             "straight, random. "
-            "The default is policy+planner,reactive off-road, and all with --task barn.",
+            "The default is planner,reactive off-road, beside --policy policy+planner, too, and "
+            "all with --task barn.",
             rich_help_panel=_BOTH,
         ),
     ] = None
@@ -184,7 +185,8 @@ class OffroadEvaluationOptions:
             raise UnknownWorldError(
                 f"--world: expected one of {known} or a {SUFFIX} file, got {self.world!r}"
             )
-        text = _OFFROAD_CONTROLLERS if driven.controllers is None else driven.controllers
+        default = EvaluationConfig().controllers
+        text = ",".join(default) if driven.controllers is None else driven.controllers
         controllers = words(text, CONTROLLERS, "--controllers", takes_own=True)
         trials = _OFFROAD_TRIALS if driven.trials is None else driven.trials
         if release is not None:

@@ -23,7 +23,7 @@ from worlds.splits import DEVELOPMENT_SEED
 def drive(
     *,
     world: Annotated[str, typer.Option(help="World preset.")] = "natural-test",
-    controller: Controller = "policy+planner",
+    controller: Controller = None,
     goal: Goals = None,
     out: Annotated[Path, typer.Option(help="Folder for the path and its picture.")] = Path(
         "data/runs/drive"
@@ -51,11 +51,18 @@ def drive(
         andabata drive --robot husky --sensor os1-64 --set robot.mass=60
     """
     from andabata.app.jobs.drive import DriveRequest, run_drive
-    from andabata.assembly.controllers import CONTROLLERS
+    from andabata.assembly.controllers import (
+        CONTROLLERS,
+        default_controller,
+        refuse_unused_policy,
+    )
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.configuration.usage import numbers, words
 
-    (name,) = words(controller, CONTROLLERS, "--controller", takes_own=True)[:1]
+    loaded = models.load()
+    named = default_controller(loaded) if controller is None else controller
+    (name,) = words(named, CONTROLLERS, "--controller", takes_own=True)[:1]
+    refuse_unused_policy((name,), loaded, "--controller")
     base = robot.base().model_copy(update={"faults": faults.read()})
     config = settings.resolve(SimulatedRobotConfig, base)
     pairs = (numbers(text, 2, "--goal") for text in goal or ())
@@ -69,4 +76,4 @@ def drive(
         clip=clip.checked(),
         view=viewer.wanted(),
     )
-    run_drive(request, config, models.load(), out, output.console())
+    run_drive(request, config, loaded, out, output.console())

@@ -24,7 +24,11 @@ if TYPE_CHECKING:
     from andabata.ros.navigator_output import OutputForm
 
 Controller = Annotated[
-    str, typer.Option(help="policy+planner, policy, planner, reactive or straight.")
+    str | None,
+    typer.Option(
+        help="planner, policy+planner, policy, reactive or straight. The default is planner, "
+        "beside --policy policy+planner."
+    ),
 ]
 WorldPreset = Annotated[str, typer.Option("--world", help="World preset.")]
 LongestDrive = Annotated[
@@ -41,7 +45,7 @@ app = typer.Typer(
 @command
 def navigator(
     *,
-    controller: Controller = "policy+planner",
+    controller: Controller = None,
     drive: LiveDriveOptions,
     robot: Robot = "andabata",
     sensors: SensorOptions,
@@ -88,7 +92,7 @@ def robot(
 
 def navigate(
     open_graph: "OpenGraph",
-    controller: str,
+    controller: str | None,
     drive: LiveDriveOptions,
     robot: str,
     sensors: SensorOptions,
@@ -101,7 +105,7 @@ def navigate(
 
     Args:
         open_graph: Function that joins the graph.
-        controller: Name of the controller.
+        controller: Name of the controller; None for the default one.
         drive: Start, goal and duration.
         robot: Name of the body.
         sensors: Sensors and settings.
@@ -112,19 +116,26 @@ def navigate(
     """
     from andabata.app.live import run_navigator
     from andabata.app.replay_text import navigation_text
-    from andabata.assembly.controllers import MAPLESS_CONTROLLERS
+    from andabata.assembly.controllers import (
+        MAPLESS_CONTROLLERS,
+        default_controller,
+        refuse_unused_policy,
+    )
     from andabata.assembly.simulated_robot import SimulatedRobotConfig
     from andabata.configuration.settings import with_parts
     from andabata.configuration.usage import words
 
     # A list is read as elsewhere; one robot has one controller, the first.
-    (name,) = words(controller, MAPLESS_CONTROLLERS, "--controller", takes_own=True)[:1]
+    loaded = models.load()
+    named = default_controller(loaded) if controller is None else controller
+    (name,) = words(named, MAPLESS_CONTROLLERS, "--controller", takes_own=True)[:1]
+    refuse_unused_policy((name,), loaded, "--controller")
     data = run_navigator(
         open_graph,
         name,
         sensors.configure,
         with_parts(SimulatedRobotConfig, "utm-30lx", robot),
-        models.load(),
+        loaded,
         console,
         cloud=sensors.cloud,
         mountings=sensors.mountings(),

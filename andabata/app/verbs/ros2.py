@@ -28,7 +28,7 @@ app = typer.Typer(
 @command
 def navigator(
     *,
-    controller: Controller = "policy+planner",
+    controller: Controller = None,
     drive: LiveDriveOptions,
     form: OutputOptions,
     graph: Ros2Options,

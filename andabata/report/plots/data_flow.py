@@ -142,7 +142,7 @@ OFF_ROAD = Flow(
         ),
         "controller": Step(
             "Controller",
-            "policy: scan and sub-goal\nto a yaw rate",
+            "straight to the sub-goal,\nor a policy: a yaw rate",
             "andabata.navigation.policy_controller",
             2,
             2,
@@ -178,7 +178,7 @@ OFF_ROAD = Flow(
         ("wheels", "robot"),
     ),
 )
-"""The steps of ``Navigator.step`` with the default controller, ``policy+planner``."""
+"""The steps of ``Navigator.step`` with a controller that has the planner around it."""
 
 FLAT_GROUND = Flow(
     "On flat ground, in rooms and BARN: PlanarNavigator.act, for a planar laser",

@@ -9,8 +9,10 @@ from andabata.assembly import controllers
 from andabata.assembly.controllers import (
     CONTROLLERS,
     MAPLESS_CONTROLLERS,
+    default_controller,
     driven_robot,
     make_steering,
+    refuse_unused_policy,
 )
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.machine.kinematics import Twist
@@ -88,6 +90,25 @@ def test_a_policy_controller_drives_the_models_policy():
         assert make_steering(name, None, CONFIG, models).controller._policy is other
     actor = make_steering("actor-critic", None, CONFIG, models).controller._policy
     assert actor is shipped_policy("actor-critic")
+
+
+OWN = replace(Models(), policy=with_info(shipped_policy(), {"name": "another"}))
+
+
+def test_the_planner_steers_where_nothing_is_named():
+    """A policy of one's own drives inside it."""
+    assert default_controller(Models()) == "planner"
+    assert default_controller(OWN) == "policy+planner"
+
+
+@pytest.mark.parametrize("names", [("planner", "reactive"), ("actor-critic",)])
+def test_a_policy_that_no_controller_drives_by_is_refused(names):
+    """The shipped one is there unasked."""
+    refuse_unused_policy(names, Models(), "--controllers")
+    for others in (("policy",), ("planner", "policy+planner"), ("own.py:Own",)):
+        refuse_unused_policy(others, OWN, "--controllers")
+    with pytest.raises(ValueError, match=r"got .*; add `--controllers policy\+planner`, or leave"):
+        refuse_unused_policy(names, OWN, "--controllers")
 
 
 def test_a_policy_alone_holds_its_actions_as_long_as_it_says():

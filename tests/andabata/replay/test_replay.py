@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from andabata.app.cli import main
+from andabata.models import shipped_policy
 from andabata.records.messages import NS
+from rl.policy import with_info
 from tests.support import computed_bags
 from tests.support.computed_bags import EPOCH, Row, new, restamped, stamp_of, write
 
@@ -57,6 +59,15 @@ def scaled(row):
     if row.topic == "/encoder_data":
         return replace(row, content=replace(m, left=m.left / 10, right=m.right / 10))
     return row
+
+
+def test_a_policy_that_the_recorded_controller_does_not_drive_by_is_refused(capsys, rows, tmp_path):
+    """The next step names the option."""
+    (tmp_path / "own").write_bytes(with_info(shipped_policy(), {"name": "own"}).to_bytes())
+    path = write(tmp_path / "plain.bag", rows[:100])
+    code, _, err = replay(capsys, path, "--policy", str(tmp_path / "own"))
+    assert code == 1
+    assert "got reactive; add `--controller policy+planner`, or leave --policy out" in err
 
 
 def test_other_units_and_clocks_give_the_same_result(capsys, rows, tmp_path):

@@ -5,9 +5,12 @@ import json
 import pytest
 
 from andabata.app.cli import main
+from andabata.app.jobs import offroad
 from andabata.evaluation import ledger
 from andabata.evaluation.judging import JUDGED_BESIDE
 from andabata.evaluation.ledger import read_ledger
+from andabata.models import shipped_policy
+from rl.policy import with_info
 from tests.support.plants import needs_bullet
 from worlds.splits import EVALUATION_START, judging_world
 
@@ -46,6 +49,39 @@ def test_the_command_prints_one_table_and_resumes(capsys, tmp_path):
     lines = journal.read_text().splitlines()
     journal.write_text("\n".join(lines[:2]) + "\n" + lines[2][:40])  # A kill in the second trial.
     assert result()["rows"] == data["rows"]
+
+
+@pytest.mark.parametrize(
+    ("words", "controllers"),
+    [
+        ([], ("planner", "reactive")),
+        (["--policy", "own"], ("policy+planner", "planner", "reactive")),
+    ],
+)
+def test_the_planner_stands_beside_a_policy_of_ones_own(words, controllers, tmp_path, monkeypatch):
+    """Where no controllers are named; nothing is driven here."""
+    evaluations = []
+
+    def note(*parts, **others):
+        evaluations.append(parts[1])
+        raise ValueError("nothing is driven")
+
+    (tmp_path / "own").write_bytes(with_info(shipped_policy(), {"name": "own"}).to_bytes())
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(offroad, "Evaluation", note)
+    assert main(["evaluate", "--trials", "1", *words]) != 0
+    (config,) = evaluations
+    assert config.controllers == controllers
+
+
+@pytest.mark.parametrize("verb", [["drive"], ["ros", "navigator"]])
+def test_a_policy_beside_another_controller_is_refused(verb, tmp_path, monkeypatch, capsys):
+    """Whatever the command, before anything is driven."""
+    (tmp_path / "own").write_bytes(with_info(shipped_policy(), {"name": "own"}).to_bytes())
+    monkeypatch.chdir(tmp_path)
+    assert main([*verb, "--controller", "reactive", "--policy", "own"]) == 1
+    message = "--policy: expected a controller that drives by it, got reactive"
+    assert message in capsys.readouterr().err
 
 
 def test_disturbances_come_with_what_they_cost(capsys, tmp_path):

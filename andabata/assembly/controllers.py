@@ -52,8 +52,7 @@ _PLANNER = "+planner"
 """End of the name of a controller with the local planner around it."""
 
 DEFAULT_CONTROLLER = "planner"
-"""Steers where none is named: with the planner around it no policy that is shipped arrives more
-often, and each is slower."""
+"""Steers where none is named: no policy that is shipped arrives more often inside the planner."""
 
 _POLICY_CONTROLLER = "policy+planner"
 """Steers where a policy is named, and no controller."""

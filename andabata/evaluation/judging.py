@@ -5,31 +5,53 @@ Judging seeds are drawn once (``andabata.evaluation.ledger``); all other tables 
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from andabata.configuration.usage import UsageError
-from worlds.splits import judging_world, refuse_judging
+from worlds.splits import JUDGING_TRIALS, judging_world, refuse_judging
 
-JUDGED_WORLD, JUDGED_GOALS = "natural-test", 3
-"""World preset and number of goals in a row off-road."""
 
-JUDGED_REALITY = "field"
-"""Level of reality off-road."""
+class JudgedWorld(NamedTuple):
+    """Worlds off-road that judge a release.
 
-JUDGED_FORM: Mapping[str, object] = MappingProxyType(
+    Attributes:
+        first: Index of the first of them among the release's judging worlds.
+        goals: Number of goals in a row.
+        share: Least number of trials, as a share of ``JUDGED_TRIALS``.
+    """
+
+    first: int
+    goals: int
+    share: float
+
+
+JUDGED_WORLD = "natural-test"
+"""World preset of a judging table off-road where none is named."""
+
+JUDGED_WORLDS: Mapping[str, JudgedWorld] = MappingProxyType(
     {
-        "suite": None,
-        "world": JUDGED_WORLD,
-        "world_seed": None,
-        "goals": JUDGED_GOALS,
-        "perturb": {},
-        "faults": (),
+        JUDGED_WORLD: JudgedWorld(0, 3, 1.0),
+        "natural-rough": JudgedWorld(1000, 3, 0.5),
+        "natural-walkers": JudgedWorld(1500, 3, 0.5),
+        "natural-far": JudgedWorld(2000, 1, 0.5),
+        "maze": JudgedWorld(2500, 1, 0.5),
+        "hollow": JudgedWorld(3000, 1, 0.5),
     }
 )
-"""Settings of a judging table off-road, beside its reality."""
+"""World presets that judge a release, each with seeds of its own and in a table of its own."""
+
+JUDGED_REALITY = "field"
+"""Level of reality off-road at which the controllers of ``JUDGED_BESIDE`` stand beside; at another
+one a table has the same worlds, and those controllers alone that are asked for."""
+
+JUDGED_FORM: Mapping[str, object] = MappingProxyType(
+    {"suite": None, "world_seed": None, "perturb": {}, "faults": ()}
+)
+"""Settings of a judging table off-road, beside its world and its goals."""
 
 JUDGED_TRIALS = 200
-"""Least number of trials of each controller, and of starts and goals in each room."""
+"""Least number of trials of each controller in ``JUDGED_WORLD``, and of starts and goals in each
+room."""
 
 JUDGED_BESIDE = ("random+planner", "away+planner", "reactive", "oracle")
 """Controllers beside those that are asked for: noise in the policy's place, the opposite of what it
@@ -76,46 +98,75 @@ def with_those(asked: Sequence[str], beside: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*asked, *beside)))
 
 
+def judged_table(world: str, reality: str) -> str:
+    """Return the name of a judging table off-road in the ledger.
+
+    Args:
+        world: World preset.
+        reality: Level of reality.
+    """
+    others = [
+        name for name, usual in ((world, JUDGED_WORLD), (reality, JUDGED_REALITY)) if name != usual
+    ]
+    return ", ".join(["evaluate off-road", *others])
+
+
+def beside(reality: str) -> tuple[str, ...]:
+    """Return the controllers that have to stand in a judging table at a level of reality."""
+    return JUDGED_BESIDE if reality == JUDGED_REALITY else ()
+
+
 def refuse_other_form(release: str, given: Mapping[str, Any]) -> None:
     """Refuse a judging table off-road of another form, which would use up the release's seeds.
 
     Args:
         release: Release that is judged.
-        given: Settings of the run by the names in ``JUDGED_FORM``, ``reality``, ``trials`` and
-            ``controllers``.
+        given: Settings of the run by the names in ``JUDGED_FORM``, ``world``, ``goals``,
+            ``reality``, ``trials`` and ``controllers``.
 
     Raises:
-        ValueError: If one of them differs, there are too few trials, or a controller is missing.
+        ValueError: If one of them differs, the world judges no release, there are too few or too
+            many trials, or a controller is missing.
     """
-    for name, value in {**JUDGED_FORM, "reality": JUDGED_REALITY}.items():
+    world = given["world"]
+    if world not in JUDGED_WORLDS:
+        raise ValueError(
+            f"world: expected {', '.join(JUDGED_WORLDS)} in a table that judges release {release}, "
+            f"got {world}; name one of them, or develop without --release"
+        )
+    for name, value in {**JUDGED_FORM, "goals": JUDGED_WORLDS[world].goals}.items():
         if given[name] != value:
             raise ValueError(
                 f"{name}: expected {value} in a table that judges release {release}, got "
                 f"{given[name]}; leave it out, or develop without --release"
             )
-    missing = [name for name in JUDGED_BESIDE if name not in given["controllers"]]
+    missing = [name for name in beside(given["reality"]) if name not in given["controllers"]]
     if missing:
         raise ValueError(
             f"controllers: expected {', '.join(JUDGED_BESIDE)} in a table that judges release "
             f"{release}, got none named {missing[0]}; name what is judged with --controllers"
         )
-    judged_trials(release, given["trials"], "trials")
+    judged_trials(release, given["trials"], "trials", world)
 
 
-def judged_trials(release: str, count: int | None, name: str) -> int:
+def judged_trials(release: str, count: int | None, name: str, world: str = JUDGED_WORLD) -> int:
     """Return the number of trials of a judging table.
 
     Args:
         release: Release that is judged.
         count: Number that is asked for, None for the least.
         name: Name of the setting.
+        world: World preset off-road, one of ``JUDGED_WORLDS``.
 
     Raises:
-        UsageError: If there are fewer than ``JUDGED_TRIALS``.
+        UsageError: If there are fewer than the least, or more than the release has worlds.
     """
-    if count is not None and count < JUDGED_TRIALS:
+    first, least = JUDGED_WORLDS[world].first, round(JUDGED_WORLDS[world].share * JUDGED_TRIALS)
+    later = [each.first for each in JUDGED_WORLDS.values() if each.first > first]
+    most = min([*later, JUDGING_TRIALS]) - first
+    if count is not None and not least <= count <= most:
         raise UsageError(
-            f"{name}: expected {JUDGED_TRIALS} or more in a table that judges release {release}, "
+            f"{name}: expected {least} to {most} in a table that judges release {release}, "
             f"got {count}; leave it out"
         )
-    return JUDGED_TRIALS if count is None else count
+    return least if count is None else count

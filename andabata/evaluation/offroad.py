@@ -106,7 +106,8 @@ class EvaluationConfig(BaseModel):
                     f"its own, got {self.world_seed}; leave one out"
                 )
         if self.release is not None:
-            given = {name: getattr(self, name) for name in ("trials", "controllers", *JUDGED_FORM)}
+            names = ("world", "goals", "trials", "controllers", *JUDGED_FORM)
+            given = {name: getattr(self, name) for name in names}
             level = self.simulated_robot.reality.name
             refuse_other_form(self.release, given | {"reality": level})
         return self

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+from andabata.evaluation.judging import JUDGED_WORLDS
 from worlds.splits import DEVELOPMENT_SEEDS, evaluation_world, judging_world
 
 
@@ -72,14 +73,15 @@ def scenarios(
         world: World preset, without a suite.
         trials: Number of worlds, without a suite.
         seed: Seed of the worlds.
-        release: Release whose worlds judge, whatever the seed; None to develop.
+        release: Release whose worlds of this preset judge, whatever the seed; None to develop.
         world_seed: Seed of the one world of all trials, without a suite; None for a world each.
 
     Raises:
         ValueError: If there is no such suite, or the release is no version.
     """
     if release is not None:
-        return tuple(Scenario(world, judging_world(release, trial)) for trial in range(trials))
+        first = JUDGED_WORLDS[world].first
+        return tuple(Scenario(world, judging_world(release, first + k)) for k in range(trials))
     if suite is None and world_seed is not None:
         return (Scenario(world, world_seed),) * trials
     if suite is None:

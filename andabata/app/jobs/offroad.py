@@ -17,6 +17,7 @@ from andabata.assembly.controllers import default_controller, refuse_unused_poli
 from andabata.configuration.usage import UsageError
 from andabata.engine import Engine
 from andabata.evaluation.fault_table import fault_rows
+from andabata.evaluation.judging import judged_table
 from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
 from andabata.evaluation.offroad_pairs import controller_differences
 from andabata.evaluation.offroad_table import failure_causes, summarise
@@ -25,7 +26,7 @@ from andabata.evaluation.trial import OffroadAttempt
 from andabata.machine.plants import bullet_step, has_bullet
 from andabata.report.plots.drives import failure_picture
 
-_CHOSEN = ("seed", "world", "suite", "goals", "perturb", "faults")
+_CHOSEN = ("seed", "suite", "goals", "perturb", "faults")
 """Options that a release chooses."""
 
 
@@ -79,7 +80,8 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
     about = {"task": OFFROAD, "reality": reality}
     known = config.scenarios
     seeds = f"{config.world} {known[0].seed} to {known[-1].seed}"
-    judging = judged(options, "evaluate off-road", seeds, request.has_folder)
+    table = judged_table(config.world, reality)
+    judging = judged(options, table, seeds, request.has_folder)
     return Evaluation(
         "evaluate",
         config,

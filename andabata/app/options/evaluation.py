@@ -170,8 +170,8 @@ class OffroadEvaluationOptions:
         from andabata.assembly.controllers import CONTROLLERS
         from andabata.configuration.usage import words
         from andabata.evaluation.judging import (
-            JUDGED_BESIDE,
-            JUDGED_REALITY,
+            JUDGED_WORLDS,
+            beside,
             judged_trials,
             judging_seed,
             with_those,
@@ -189,20 +189,22 @@ class OffroadEvaluationOptions:
         text = ",".join(default) if driven.controllers is None else driven.controllers
         controllers = words(text, CONTROLLERS, "--controllers", takes_own=True)
         trials = _OFFROAD_TRIALS if driven.trials is None else driven.trials
+        goals = self.goals
         if release is not None:
-            controllers = with_those(controllers, JUDGED_BESIDE)
-            trials = judged_trials(release, driven.trials, "--trials")
-            if robot.reality.name != JUDGED_REALITY:
+            if self.world not in JUDGED_WORLDS:
                 raise UsageError(
-                    f"--reality: expected {JUDGED_REALITY} beside --release, got "
-                    f"{robot.reality.name}; leave it out, or develop without --release"
+                    f"--world: expected {', '.join(JUDGED_WORLDS)} beside --release, got "
+                    f"{self.world}; name one of them, or develop without --release"
                 )
+            goals = JUDGED_WORLDS[self.world].goals
+            controllers = with_those(controllers, beside(robot.reality.name))
+            trials = judged_trials(release, driven.trials, "--trials", self.world)
         return EvaluationConfig(
             suite=self.suite,
             world=self.world,
             controllers=controllers,
             trials=trials,
-            goals=self.goals,
+            goals=goals,
             seed=seed if release is None else judging_seed(release),
             release=release,
             simulated_robot=robot,

@@ -10,7 +10,9 @@ from andabata.evaluation.judging import (
     JUDGED_BESIDE,
     JUDGED_SENSES,
     JUDGED_TRIALS,
+    JUDGED_WORLDS,
     checked_seed,
+    judged_table,
     judged_trials,
     judging_seed,
     with_those,
@@ -19,7 +21,7 @@ from andabata.evaluation.offroad import EvaluationConfig
 from andabata.evaluation.rooms import RoomEvaluationConfig, judged_task
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.machine.reality import LEVELS
-from worlds.splits import EVALUATIONS, split_of
+from worlds.splits import EVALUATIONS, judged_release, split_of
 
 SEED = judging_seed("0.2.0")
 FIELD = SimulatedRobotConfig(reality=LEVELS["field"])
@@ -53,7 +55,7 @@ def test_a_judging_table_has_at_least_200_trials():
     assert JUDGED_TRIALS >= 200
     assert judged_trials("0.2.0", None, "trials") == JUDGED_TRIALS
     assert judged_trials("0.2.0", 300, "trials") == 300
-    with pytest.raises(UsageError, match=r"--pairs: expected 200 or more .* 0\.2\.0, got 199"):
+    with pytest.raises(UsageError, match=r"--pairs: expected 200 to 1000 .* 0\.2\.0, got 199"):
         judged_trials("0.2.0", 199, "--pairs")
 
 
@@ -72,6 +74,31 @@ def test_a_table_of_the_right_form_is_taken():
     assert {one.world for one in config.scenarios} == {"natural-test"}
 
 
+def test_worlds_of_each_kind_judge_on_seeds_of_their_own():
+    """In tables of their own; no seed judges in two of them."""
+    seeds, tables = [], set()
+    for world, judged in JUDGED_WORLDS.items():
+        trials = judged_trials("0.2.0", None, "trials", world)
+        changed = {"world": world, "goals": judged.goals, "trials": trials}
+        known = EvaluationConfig(**(JUDGED | changed)).scenarios
+        assert {one.world for one in known} == {world}
+        seeds += [one.seed for one in known]
+        tables.add(judged_table(world, "field"))
+    assert len(set(seeds)) == len(seeds) == 700
+    assert {split_of(seed) for seed in seeds} == {"judging"}
+    assert {judged_release(seed) for seed in seeds} == {"0.2.0"}
+    assert len(tables) == len(JUDGED_WORLDS)
+
+
+def test_at_another_level_the_same_worlds_judge_those_that_are_asked_for():
+    """Null controllers stand beside at field; each level has a table of its own."""
+    harsh = {"simulated_robot": SimulatedRobotConfig(reality=LEVELS["harsh"])}
+    config = EvaluationConfig(**(JUDGED | harsh | {"controllers": ("planner",)}))
+    assert config.scenarios == EvaluationConfig(**JUDGED).scenarios
+    names = [judged_table("natural-test", level) for level in ("field", "harsh", "ideal")]
+    assert names == ["evaluate off-road", *(f"evaluate off-road, {x}" for x in ("harsh", "ideal"))]
+
+
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
@@ -80,12 +107,14 @@ def test_a_table_of_the_right_form_is_taken():
         ({"release": "new"}, "release: expected a version"),
         ({"seed": 0}, r"expected that of release 0\.2\.0"),
         ({"suite": "development"}, "suite: expected None .*, got development; leave it out"),
-        ({"world": "maze"}, "world: expected natural-test .*, got maze"),
+        ({"world": "lake"}, "world: expected natural-test, .*, got lake"),
+        ({"world": "maze"}, "goals: expected 1 .*, got 3"),
         ({"goals": 1}, "goals: expected 3 .*, got 1"),
         ({"perturb": {"lag": 0.2}}, "perturb: expected {}"),
         ({"faults": ("imu:off",)}, r"faults: expected \(\)"),
-        ({"simulated_robot": SimulatedRobotConfig()}, "reality: expected field .*, got ideal"),
-        ({"trials": 24}, "trials: expected 200 or more .*, got 24"),
+        ({"trials": 24}, "trials: expected 200 to 1000 .*, got 24"),
+        ({"trials": 1001}, "trials: expected 200 to 1000 .*, got 1001"),
+        ({"world": "natural-rough", "trials": 501}, "trials: expected 100 to 500 .*, got 501"),
         ({"controllers": ("planner", *JUDGED_BESIDE[1:])}, "got none named random.planner"),
     ],
 )
@@ -100,7 +129,7 @@ def test_a_table_of_another_form_does_not_use_up_the_seeds(changed, message):
     [
         ({"seed": SEED}, r"which judges 0\.2\.0"),
         ({"seed": 0, "release": "0.2.0"}, r"expected that of release 0\.2\.0"),
-        ({"seed": SEED, "release": "0.2.0", "pairs": 100}, "pairs: expected 200 or more"),
+        ({"seed": SEED, "release": "0.2.0", "pairs": 100}, "pairs: expected 200 to"),
         ({"seed": SEED, "release": "0.2.0", "pairs": 200, "rooms": ("spn-env4",)}, "rooms: expect"),
     ],
 )

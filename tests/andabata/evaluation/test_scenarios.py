@@ -61,6 +61,7 @@ def test_the_walkers_of_the_development_worlds_are_a_suite():
 
 
 def test_a_release_is_judged_in_worlds_of_its_own():
-    """Trial k has its judging world k, whatever the seed."""
-    found = scenarios(None, "maze", 3, 5, "0.2.0")
-    assert found == tuple(Scenario("maze", judging_world("0.2.0", k)) for k in range(3))
+    """Trial k has judging world k of its preset, whatever the seed."""
+    for world, first in (("natural-test", 0), ("maze", 2500)):
+        found = scenarios(None, world, 3, 5, "0.2.0")
+        assert found == tuple(Scenario(world, judging_world("0.2.0", first + k)) for k in range(3))

@@ -149,24 +149,28 @@ def refuse_other_form(release: str, given: Mapping[str, Any]) -> None:
     judged_trials(release, given["trials"], "trials", world)
 
 
-def judged_trials(release: str, count: int | None, name: str, world: str = JUDGED_WORLD) -> int:
+def judged_trials(release: str, count: int | None, name: str, world: str | None = None) -> int:
     """Return the number of trials of a judging table.
 
     Args:
         release: Release that is judged.
         count: Number that is asked for, None for the least.
         name: Name of the setting.
-        world: World preset off-road, one of ``JUDGED_WORLDS``.
+        world: World preset off-road, one of ``JUDGED_WORLDS``; None in rooms, whose starts and
+            goals have no end.
 
     Raises:
         UsageError: If there are fewer than the least, or more than the release has worlds.
     """
-    first, least = JUDGED_WORLDS[world].first, round(JUDGED_WORLDS[world].share * JUDGED_TRIALS)
-    later = [each.first for each in JUDGED_WORLDS.values() if each.first > first]
-    most = min([*later, JUDGING_TRIALS]) - first
+    least, most, bounds = JUDGED_TRIALS, float("inf"), f"{JUDGED_TRIALS} or more"
+    if world is not None:
+        first, least = JUDGED_WORLDS[world].first, round(JUDGED_WORLDS[world].share * least)
+        later = [each.first for each in JUDGED_WORLDS.values() if each.first > first]
+        most = min([*later, JUDGING_TRIALS]) - first
+        bounds = f"{least} to {most}"
     if count is not None and not least <= count <= most:
         raise UsageError(
-            f"{name}: expected {least} to {most} in a table that judges release {release}, "
+            f"{name}: expected {bounds} in a table that judges release {release}, "
             f"got {count}; leave it out"
         )
     return least if count is None else count

@@ -37,7 +37,8 @@ def room_evaluation(request: EvaluationRequest) -> Evaluation:
     is_free = release is None and asked.policy is not None
     policies = asked.load_policies(config.task, () if is_free else NULL_LAWS)
     seeds = f"starts and goals of seed {config.seed}, {config.pairs} in each room"
-    judging = judged(options, f"evaluate {config.task.task}", seeds, request.has_folder)
+    shield = "" if config.task.shield is None else ", with the shield"
+    judging = judged(options, f"evaluate {config.task.task}{shield}", seeds, request.has_folder)
     return replace(policy_evaluation(config, policies), judging=judging)
 
 

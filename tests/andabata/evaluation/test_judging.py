@@ -55,7 +55,7 @@ def test_a_judging_table_has_at_least_200_trials():
     assert JUDGED_TRIALS >= 200
     assert judged_trials("0.2.0", None, "trials") == JUDGED_TRIALS
     assert judged_trials("0.2.0", 300, "trials") == 300
-    with pytest.raises(UsageError, match=r"--pairs: expected 200 to 1000 .* 0\.2\.0, got 199"):
+    with pytest.raises(UsageError, match=r"--pairs: expected 200 or more .* 0\.2\.0, got 199"):
         judged_trials("0.2.0", 199, "--pairs")
 
 
@@ -129,7 +129,7 @@ def test_a_table_of_another_form_does_not_use_up_the_seeds(changed, message):
     [
         ({"seed": SEED}, r"which judges 0\.2\.0"),
         ({"seed": 0, "release": "0.2.0"}, r"expected that of release 0\.2\.0"),
-        ({"seed": SEED, "release": "0.2.0", "pairs": 100}, "pairs: expected 200 to"),
+        ({"seed": SEED, "release": "0.2.0", "pairs": 100}, "pairs: expected 200 or more"),
         ({"seed": SEED, "release": "0.2.0", "pairs": 200, "rooms": ("spn-env4",)}, "rooms: expect"),
     ],
 )

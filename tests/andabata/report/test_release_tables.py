@@ -1,0 +1,76 @@
+"""Tables that judge a release: their commands, and what is stored of them."""
+
+import json
+import sys
+
+import pytest
+
+from andabata.evaluation.judging import JUDGED_WORLDS
+from andabata.report import release_tables as module
+from andabata.report.columns import COLUMNS
+from andabata.report.release_tables import ReleaseTable, main, release_tables
+from andabata.report.run_folders import EVALUATION
+
+TOY = ReleaseTable(command="evaluate --release {release}", columns="controller,goal,successes")
+
+
+def test_every_world_that_judges_has_a_table_and_every_column_words():
+    """Placeholders are filled in; BARN's worlds have to be given."""
+    known = release_tables()
+    for world in JUDGED_WORLDS:
+        assert world in known
+    for name, table in known.items():
+        words = table.words("0.2.0", None)
+        assert (words is None) == (name == "barn")
+        if words is not None:
+            assert words[words.index("--release") + 1] == "0.2.0"
+        for key in table.columns.split(","):
+            assert key == "reached" or key in COLUMNS
+    assert known["td3-shield"].words("0.2.0", None)[-1] == "task.shield={}"
+    assert known["barn"].words("0.2.0", "worlds")[-3:] == ["worlds", "--trials", "10"]
+
+
+@pytest.fixture
+def toy(monkeypatch, tmp_path):
+    """Patch the tables to two toys, and the command to a script; return the folder of tables."""
+    monkeypatch.setattr(module, "release_tables", lambda: {"first": TOY, "second": TOY})
+    script = tmp_path / "toy"
+    script.write_text(
+        "#!/bin/sh\nfor word; do last=$word; done\n"
+        "test -e $(dirname $0)/broken && exit 3\n"
+        "mkdir -p $last; echo $@ >> $last/calls\n"
+    )
+    script.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(script))
+    return tmp_path / "out"
+
+
+def test_what_is_finished_is_left_out_and_the_first_failure_ends_it(toy, tmp_path):
+    """The exit code is that of the command; nothing of a table that failed is stored."""
+    (tmp_path / "broken").touch()
+    assert main(["0.2.0", "--out", str(toy)]) == 3
+    (tmp_path / "broken").unlink()
+    for _ in range(2):
+        assert main(["0.2.0", "--out", str(toy)]) == 0
+    for name in ("first", "second"):
+        (call,) = (toy / name / "calls").read_text().splitlines()
+        assert call == f"-m andabata evaluate --release 0.2.0 --out {toy / name}"
+    with pytest.raises(SystemExit):
+        main(["0.2.0", "--out", str(toy), "--only", "third"])
+
+
+def test_rows_of_finished_tables_are_stored(toy, tmp_path, capsys):
+    """Under the name of the table, with command and commit."""
+    pages = tmp_path / "pages"
+    (pages / "data").mkdir(parents=True)
+    main(["0.2.0", "--out", str(toy), "--only", "second"])
+    rows = [{"controller": "planner", "goal": 1, "successes": 3}]
+    (toy / "second" / EVALUATION).write_text(json.dumps({"rows": rows}))
+    about = {"command": "andabata evaluate", "commit": "0123456789ab", "date": "2026-11-28"}
+    (toy / "second/run.json").write_text(json.dumps(about))
+    assert main(["0.2.0", "--out", str(toy), "--keep", "--pages", str(pages)]) == 0
+    (path,) = (pages / "data").iterdir()
+    assert path.name == "judged-second.json"
+    stored = json.loads(path.read_text())
+    assert (stored["commit"], stored["rows"]) == ("0123456789ab", rows)
+    assert capsys.readouterr().out == f"{path}\n"

@@ -23,7 +23,7 @@ from andabata.assembly.simulated_robot import SimulatedRobot
 from andabata.bench.studies.true_movers import tell_true_movers
 from andabata.bench.table import Row, markdown_table
 from andabata.engine_processes import run_tasks
-from andabata.evaluation.offroad import EvaluationConfig, attempt_row
+from andabata.evaluation.offroad import EvaluationConfig, attempt_of, attempt_row
 from andabata.evaluation.trial import OffroadAttempt, run_trial
 from andabata.machine.lidar_models import sensor_settings
 from andabata.machine.planar.mover_contact import Contact
@@ -39,6 +39,10 @@ UNAWARE, TRACKS, TRUTH = ARMS = ("off", "tracks", "truth")
 _CONTROLLER = "planner"
 
 _GOALS = 3
+
+
+Drives = dict[str, tuple[OffroadAttempt, ...]]
+"""Attempts of a trial by what the robot knows."""
 
 
 def evaluation_of(
@@ -66,9 +70,7 @@ def evaluation_of(
     )
 
 
-def drive_arms(
-    config: EvaluationConfig, arms: Sequence[str], trial: int
-) -> dict[str, tuple[OffroadAttempt, ...]]:
+def drive_arms(config: EvaluationConfig, arms: Sequence[str], trial: int) -> Drives:
     """Drive a trial once with each knowledge of movers.
 
     Args:
@@ -134,6 +136,60 @@ def arm_row(arm: str, drives: Sequence[Sequence[OffroadAttempt]]) -> Row:
     return row
 
 
+class DriveJournal:
+    """File of the trials that are done: a study of hours goes on after a kill.
+
+    Attributes:
+        path: Path of the file; None for none.
+        done: Drives of the trials that it has, by their number.
+    """
+
+    def __init__(self, path: Path | None, config: EvaluationConfig, arms: Sequence[str]) -> None:
+        """Read what a file has, or begin it.
+
+        Args:
+            path: Path of the file; None for none.
+            config: Evaluation.
+            arms: What the robot knows.
+
+        Raises:
+            ValueError: If it is the journal of other drives.
+        """
+        self.path, self.done = path, dict[int, Drives]()
+        if path is None:
+            return
+        head = json.dumps({"config": config.model_dump(mode="json"), "arms": list(arms)})
+        if not path.is_file():
+            path.write_text(head + "\n", encoding="utf-8")
+        # The last line may be the half of one.
+        text, _, half = path.read_text(encoding="utf-8").rpartition("\n")
+        if half:
+            path.write_text(text + "\n", encoding="utf-8")
+        first, *lines = text.splitlines()
+        if first != head:
+            raise ValueError(
+                f"{path}: expected the journal of these drives, got that of others; name another"
+            )
+        for line in lines:
+            entry = json.loads(line)
+            self.done[entry["trial"]] = {
+                arm: tuple(attempt_of(row) for row in rows) for arm, rows in entry["drives"].items()
+            }
+
+    def add(self, trial: int, drives: Drives) -> None:
+        """Add a trial.
+
+        Args:
+            trial: Number of the trial.
+            drives: Its drives.
+        """
+        self.done[trial] = drives
+        if self.path is not None:
+            rows = {arm: [attempt_row(each) for each in drives[arm]] for arm in drives}
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({"trial": trial, "drives": rows}) + "\n")
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """Drive and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -144,7 +200,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--trials", type=int, default=24, help="Number of trials.")
     parser.add_argument("--workers", type=int, default=1, help="Number of processes.")
     parser.add_argument("--set", action="append", default=[], metavar="A.B=C", help="Setting.")
-    parser.add_argument("--journal", type=Path, help="File for a JSON line of each trial and arm.")
+    parser.add_argument(
+        "--journal", type=Path, help="File of the trials that are done; drives go on."
+    )
     options = parser.parse_args(argv)
     config = evaluation_of(
         options.world,
@@ -154,18 +212,14 @@ def main(argv: Sequence[str] | None = None) -> None:
         tomllib.loads("\n".join(options.set)),
     )
     arms = options.arms.split(",")
-    work = run_tasks(partial(drive_arms, config, arms), range(options.trials), options.workers)
-    bar = track(work, "trials", total=options.trials, console=Console(stderr=True))
-    drives: dict[str, list[tuple[OffroadAttempt, ...]]] = {arm: [] for arm in arms}
-    for trial, driven in bar:
-        for arm, attempts in driven.items():
-            drives[arm].append(attempts)
-            if options.journal is not None:
-                rows = [attempt_row(attempt) for attempt in attempts]
-                line = json.dumps({"trial": trial, "arm": arm, "rows": rows})
-                with options.journal.open("a") as file:
-                    file.write(line + "\n")
-    sys.stdout.write(markdown_table([arm_row(arm, drives[arm]) for arm in arms]))
+    journal = DriveJournal(options.journal, config, arms)
+    left = [trial for trial in range(options.trials) if trial not in journal.done]
+    work = run_tasks(partial(drive_arms, config, arms), left, options.workers)
+    for trial, driven in track(work, "trials", total=len(left), console=Console(stderr=True)):
+        journal.add(trial, driven)
+    drives = [journal.done[trial] for trial in range(options.trials)]
+    rows = [arm_row(arm, [each[arm] for each in drives]) for arm in arms]
+    sys.stdout.write(markdown_table(rows))
 
 
 if __name__ == "__main__":

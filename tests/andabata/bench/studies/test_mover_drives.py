@@ -2,7 +2,13 @@
 
 import pytest
 
-from andabata.bench.studies.mover_drives import ARMS, arm_row, drive_arms, evaluation_of
+from andabata.bench.studies.mover_drives import (
+    ARMS,
+    DriveJournal,
+    arm_row,
+    drive_arms,
+    evaluation_of,
+)
 from tests.support.offroad_attempts import attempt
 
 
@@ -34,3 +40,21 @@ def test_without_movers_all_arms_drive_the_same():
     driven = drive_arms(config, ARMS, 0)
     ends = {tuple(driven[arm][-1].path[-1]) for arm in ARMS}
     assert len(ends) == 1
+
+
+def test_a_journal_has_what_is_done_and_goes_on_after_half_a_line(tmp_path):
+    """Rows come back as attempts; that of other drives is refused."""
+    config, path = evaluation_of("plain", "utm-30lx", 7300, 2, {}), tmp_path / "journal"
+    drives = {"off": (attempt(0, 1, "goal"),), "tracks": (attempt(0, 1, "goal", contact="hit"),)}
+    DriveJournal(path, config, ("off", "tracks")).add(1, drives)
+    whole = path.read_text()
+    path.write_text(whole + whole.splitlines()[1][:40])
+    journal = DriveJournal(path, config, ("off", "tracks"))
+    journal.add(0, drives)
+    found = DriveJournal(path, config, ("off", "tracks")).done
+    assert list(found) == [1, 0]
+    for arm in drives:
+        assert arm_row(arm, [found[1][arm]]) == arm_row(arm, [drives[arm]])
+    with pytest.raises(ValueError, match="expected the journal of these drives"):
+        DriveJournal(path, config, ("off",))
+    assert not DriveJournal(None, config, ("off",)).done

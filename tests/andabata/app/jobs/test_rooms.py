@@ -232,3 +232,5 @@ def test_a_release_is_judged_in_the_rooms_of_the_task(capsys, tmp_path, monkeypa
         assert f"--release: expected no {more[0]}" in capsys.readouterr().err
     assert main([*words, str(tmp_path / "new"), "--pairs", "0"]) == 2
     assert "--pairs: expected 1 or more" in capsys.readouterr().err
+    assert main([*words, str(tmp_path / "shield"), "--set", "task.shield={}"]) == 0
+    assert [each.table for each in read_ledger(path)][1:] == ["evaluate spn, with the shield"]

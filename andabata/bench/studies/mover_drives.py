@@ -150,7 +150,7 @@ class DriveJournal:
         Args:
             path: Path of the file; None for none.
             config: Evaluation.
-            arms: What the robot knows.
+            arms: Knowledge of movers in each drive of a trial, of ``ARMS``.
 
         Raises:
             ValueError: If it is the journal of other drives.

@@ -1,17 +1,26 @@
-"""Prior maps by their source: a survey of the simulated world, or an elevation model."""
+"""Prior maps by their source: the simulated world, surveyed or as it is, or an elevation model."""
 
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from andabata.assembly.navigator import NavigatorConfig
-from andabata.navigation.planning.prior_map import PriorMap, PriorMapConfig
+from andabata.navigation.planning.prior_map import PriorMap, PriorMapConfig, slope_costs
 from terrain.heightfield import Heightfield
 from worlds.elevation.square import read_square
 from worlds.world import World
 
+TRUTH = "truth"
+"""Source of a prior map that has all that stands and lies in the simulated world."""
+
+_SIMULATED = ("world", TRUTH)
+
 _SURVEY = 17
 """Stream of the errors of a survey, beside those of the world itself."""
+
+_TRUE_CELL = 0.4
+"""Edge of the cells of the true map in a prior map [m]: two ground cells."""
 
 _READ_CELL = 0.5
 """Distance between the heights that are read from an elevation model [m]."""
@@ -30,19 +39,22 @@ def make_prior_map(config: NavigatorConfig, world: World | None) -> PriorMap | N
         OSError: If it cannot be read.
         ValueError: If the source is ``world`` and there is none.
     """
-    prior = config.prior_map
+    prior, unknown = config.prior_map, 1.0 + config.local_planner.costs.unknown_cost
     if prior.source == "none":
         return None
-    if prior.source != "world":
+    if prior.source not in _SIMULATED:
         heights = _read(config)
-    elif world is not None:
-        heights = survey(world, prior)
-    else:
+    elif world is None:
         raise ValueError(
             "prior_map.source: expected an elevation model (GeoTIFF) where no world is simulated, "
-            "got 'world'; name a file, or plan without one: --set prior_map.source=none"
+            f"got {prior.source!r}; name a file, or plan without one: --set prior_map.source=none"
         )
-    return PriorMap(heights, prior, 1.0 + config.local_planner.costs.unknown_cost)
+    elif prior.source == TRUTH:
+        costs = prior.steep_cost * _is_barred(world, config.robot.width / 2)
+        return PriorMap(costs, _TRUE_CELL, unknown)
+    else:
+        heights = survey(world, prior)
+    return PriorMap(slope_costs(heights, prior), heights.cell, unknown)
 
 
 def survey(world: World, config: PriorMapConfig) -> Heightfield:
@@ -55,6 +67,22 @@ def survey(world: World, config: PriorMapConfig) -> Heightfield:
     ground = world.base or world.ground
     errors = np.random.default_rng([world.seed, _SURVEY])
     return _coarse(ground, config.cell, config.height_error, errors)
+
+
+def _is_barred(world: World, clearance: float) -> NDArray[np.bool_]:
+    """Return where a body has no room in the true map, in cells centred on it, shape (nx, ny).
+
+    Args:
+        world: Simulated world.
+        clearance: Distance from forbidden ground below which it has none [m].
+    """
+    ground = world.base or world.ground
+    x, y = (
+        (np.arange(n) - (n - 1) / 2) * _TRUE_CELL
+        for n in (int(ground.width / _TRUE_CELL), int(ground.depth / _TRUE_CELL))
+    )
+    there = np.broadcast_arrays(x[:, None], y[None, :])
+    return np.asarray(world.truth.clearance_at(*there) < clearance)
 
 
 def _read(config: NavigatorConfig) -> Heightfield:

@@ -244,30 +244,52 @@ def drive_trial(
     Returns:
         Attempts to reach the goals that were tried, one controller after the other.
     """
+    scene, task = trial_task(config, trial)
+    return tuple(
+        attempt
+        for arm in config.arms
+        for attempt in drive_arm(config, models, scene, task, arm, trial, on_failure)
+    )
+
+
+def trial_task(config: EvaluationConfig, trial: int) -> tuple[Scene, Task]:
+    """Return the world of a trial and its task, the same for all that drive it.
+
+    Args:
+        config: Settings.
+        trial: Number of the trial.
+    """
     from worlds.scenes import SceneCache
 
     scenario = config.scenarios[trial]
     scene = SceneCache().get(scenario.world, scenario.seed, scenario.difficulty, config.release)
     task = choose_task(scene.world.tasks, np.random.default_rng([config.seed, trial]))
     # Cut after the draw: fewer goals are the first ones of the same task.
-    task = replace(task, goals=task.goals[: config.goals])
-    return tuple(
-        attempt
-        for arm in config.arms
-        for attempt in _drive(config, models, scene, task, arm, trial, on_failure)
-    )
+    return scene, replace(task, goals=task.goals[: config.goals])
 
 
-def _drive(
+def drive_arm(
     config: EvaluationConfig,
     models: Models,
     scene: Scene,
     task: Task,
     arm: Arm,
     trial: int,
-    on_failure: Callable[[Failure], None] | None,
+    on_failure: Callable[[Failure], None] | None = None,
+    prepare: Callable[[SimulatedRobot], None] | None = None,
 ) -> tuple[OffroadAttempt, ...]:
-    """Drive one arm through a trial's world."""
+    """Drive one arm through a trial's world.
+
+    Args:
+        config: Settings.
+        models: Classifiers and policy.
+        scene: World of the trial.
+        task: Task of the trial.
+        arm: Controller and robot.
+        trial: Number of the trial.
+        on_failure: Function that is called with a failure, or None.
+        prepare: Function that changes the robot before it drives, or None.
+    """
     from andabata.assembly.controllers import driven_robot, make_steering
     from andabata.evaluation.trial import run_trial
 
@@ -276,6 +298,8 @@ def _drive(
     robot = driven_robot(arm.controller, arm.robot)
     steering = make_steering(arm.controller, scene.world, robot, models, noise)
     simulated_robot = SimulatedRobot(scene, robot, models, steering)
+    if prepare is not None:
+        prepare(simulated_robot)
     watch = watch_arm(arm, simulated_robot, config.faults)
     walkers: list[NDArray[np.float64]] = []
     attempts = run_trial(

@@ -23,15 +23,17 @@ class PriorMapConfig(BaseModel):
     """Heights that are known before the drive, and what they cost.
 
     Attributes:
-        source: ``none``; ``world``, a survey of the simulated world; or the path of an elevation
-            model (GeoTIFF) in which the drive's datum lies.
+        source: ``none``; ``world``, a survey of the simulated world; ``truth``, all that stands and
+            lies in it, too, which nobody knows: a bound of what a longer view is worth; or the path
+            of an elevation model (GeoTIFF) in which the drive's datum lies.
         size: Edge of the square around the datum that is taken from an elevation model [m].
         cell: Distance between the heights [m]: aerial surveys have 1 m, satellites 10 to 30 m.
         height_error: Standard deviation of the heights of ``world`` [m]; 0.1 m is what national
             surveys by airborne laser state (USGS 3DEP, quality level 2).
         steep_slope: Slope above which the ground is likely forbidden [rad].
-        steep_cost: Extra cost of a metre of forbidden ground. It begins at ``slope_margin`` below
-            the slope and is full as much above it: gentler slopes are driven as level ground is.
+        steep_cost: Extra cost of a metre of forbidden ground. On slopes it begins at
+            ``slope_margin`` below the slope and is full as much above it: gentler slopes are driven
+            as level ground is.
         slope_margin: Error of a slope of the model [rad]; 0.1 m on grid lines 1 m apart make 4
             degrees.
     """
@@ -57,24 +59,20 @@ class PriorMap:
         outside: Their mean, which holds beyond the known heights.
     """
 
-    def __init__(self, heights: Heightfield, config: PriorMapConfig, unknown: float) -> None:
-        """Price the slopes of known heights.
+    def __init__(self, extra: NDArray[np.floating], cell: float, unknown: float) -> None:
+        """Compute the ways between cells.
 
         Args:
-            heights: Heights on grid lines of ``config.cell``, centred on the map's origin.
-            config: Costs.
-            unknown: Cost of a metre on unknown ground, to which that of slopes comes.
+            extra: Extra cost of a metre in each cell, shape (nx, ny), centred on the map's origin.
+            cell: Edge of a cell [m].
+            unknown: Cost of a metre on unknown ground, to which the extra cost comes.
         """
-        self.cell = heights.cell
-        along, across = np.gradient(heights.heights.astype(np.float64), heights.cell)
-        slope = np.arctan(np.hypot(along, across))
-        above = (slope - config.steep_slope) / config.slope_margin
-        share = np.clip(0.5 + 0.5 * above, 0.0, 1.0)
-        self.extra: NDArray[np.float32] = (config.steep_cost * share).astype(np.float32)
+        self.cell = cell
+        self.extra: NDArray[np.float32] = extra.astype(np.float32)
         self.highest = float(self.extra.max())
         # Else the unknown beyond would be the better way, wherever there are hills.
         self.outside = np.float32(self.extra.mean())
-        self._ways = _ways(unknown + self.extra.astype(np.float64), self.cell)
+        self._ways = _ways(unknown + self.extra.astype(np.float64), cell)
         self._goal = -1
         self._rest: NDArray[np.float64] = np.zeros(self.extra.shape)
 
@@ -128,6 +126,19 @@ class PriorMap:
         if goal != self._goal:
             rest = dijkstra(self._ways, directed=False, indices=goal)
             self._goal, self._rest = goal, rest.reshape(self.extra.shape)
+
+
+def slope_costs(heights: Heightfield, config: PriorMapConfig) -> NDArray[np.float64]:
+    """Return the extra cost of a metre at known heights, by their slope, shape (nx, ny).
+
+    Args:
+        heights: Heights on grid lines of ``config.cell``, centred on the map's origin.
+        config: Costs.
+    """
+    along, across = np.gradient(heights.heights.astype(np.float64), heights.cell)
+    slope = np.arctan(np.hypot(along, across))
+    above = (slope - config.steep_slope) / config.slope_margin
+    return np.asarray(config.steep_cost * np.clip(0.5 + 0.5 * above, 0.0, 1.0))
 
 
 def _ways(costs: NDArray[np.float64], cell: float) -> coo_array:

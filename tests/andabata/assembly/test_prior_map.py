@@ -54,8 +54,22 @@ def test_a_world_has_a_prior_map_and_a_recording_has_none() -> None:
     assert prior is not None
     assert prior.highest > 0.0
 
-    with pytest.raises(ValueError, match=r"prior_map\.source: expected an elevation model"):
-        make_prior_map(robot(source="world"), None)
+    for source in ("world", "truth"):
+        with pytest.raises(ValueError, match=rf"expected an elevation model.*got '{source}'"):
+            make_prior_map(robot(source=source), None)
+
+
+def test_the_truth_bars_ground_without_room_for_the_body() -> None:
+    """A cell costs where its middle is nearer to forbidden ground than half the body's width."""
+    prior = make_prior_map(robot(source="truth", steep_cost=7.0), WORLD)
+
+    assert prior is not None
+    n, m = prior.extra.shape
+    x, y = (np.arange(n) - (n - 1) / 2) * prior.cell, (np.arange(m) - (m - 1) / 2) * prior.cell
+    room = WORLD.truth.clearance_at(*np.broadcast_arrays(x[:, None], y[None, :]))
+    barred = room < SimulatedRobotConfig().robot.width / 2
+    assert (prior.extra == np.where(barred, np.float32(7.0), 0.0)).all()
+    assert 0.05 < barred.mean() < 0.95
 
 
 def test_an_elevation_model_is_read_around_the_datum(tmp_path: Path) -> None:

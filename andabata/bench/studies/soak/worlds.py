@@ -6,19 +6,24 @@ minutes on two cores. The floor stands two drives below what the robot reached w
 """
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import track
+from rich.progress import Progress
 
-from andabata.bench.studies.privileged import AS_IT_IS, Drive, drive_with, reached_in_a_row
+from andabata.assembly.controllers import DEFAULT_CONTROLLER
 from andabata.bench.studies.soak.outcome import Outcome, Tally
-from andabata.engine_processes import run_tasks
+from andabata.engine_processes import ProcessEngine
+from andabata.evaluation.comparison import run_comparison
+from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
+from andabata.evaluation.offroad_table import summarise
+from andabata.models import Models
 from worlds.splits import DEVELOPMENT_SEEDS
 
 WORLD, FIRST_WORLD, WORLDS = "natural-test", DEVELOPMENT_SEEDS[0], len(DEVELOPMENT_SEEDS)
 """Preset, first world seed and number of worlds."""
+
+_GOALS = 3
 
 FLOOR = (22, 22, 20)
 """Smallest number of drives, of ``WORLDS``, that reach the first, two and three goals."""
@@ -43,25 +48,35 @@ def shortfalls(reached: Sequence[int], worlds: int) -> list[str]:
     ]
 
 
-def drive_worlds(world: str, first_world: int, worlds: int, workers: int) -> list[Drive]:
-    """Drive the worlds, with a progress bar on standard error.
+def drive_worlds(count: int, workers: int) -> list[int]:
+    """Return how many drives reach the first, the first two, and all three goals.
 
     Args:
-        world: World preset.
-        first_world: First world seed.
-        worlds: Number of worlds.
+        count: Number of worlds, each of which is driven once.
         workers: Number of processes; the result does not depend on it.
     """
-    places = [(world, first_world + k) for k in range(worlds)]
-    work = run_tasks(partial(drive_with, AS_IT_IS), places, workers)
-    bar = track(work, "drives", total=worlds, console=Console(stderr=True))
-    return [drive for _, drive in bar]
+    config = EvaluationConfig(
+        world=WORLD,
+        controllers=(DEFAULT_CONTROLLER,),
+        trials=count,
+        goals=_GOALS,
+        seed=FIRST_WORLD,
+    )
+    console = Console(stderr=True)
+    with ProcessEngine(workers) as engine, Progress(console=console) as progress:
+        bar = progress.add_task("drives", total=count)
+        attempts = run_comparison(
+            OffroadComparison.of(config, Models()),
+            engine=engine,
+            on_cell=lambda _: progress.advance(bar),
+        )
+    rows = summarise(attempts, config.controllers)
+    return [row["successes"] for row in rows[:_GOALS]]
 
 
 def worlds_are_driven(count: int, folder: Path) -> Outcome:
     """Check that drives in development worlds reach as many goals as the floor asks for."""
-    drives = drive_worlds(WORLD, FIRST_WORLD, count, 2)
-    reached, tally = reached_in_a_row(drives), Tally()
+    reached, tally = drive_worlds(count, 2), Tally()
     tally.trials, tally.failures = count, shortfalls(reached, count)
     goals = " and ".join([", ".join(map(str, reached[:-1])), str(reached[-1])])
     return tally.outcome(f"goals 1, 2 and 3 in {goals} of {count} worlds")

@@ -9,7 +9,7 @@ from andabata.navigation.planning.cost_to_go import edge_cells
 from andabata.navigation.planning.geofence_bounds import EVERYWHERE
 from andabata.navigation.planning.grid_planner import GridPlanner
 from andabata.navigation.planning.map_transform import MapTransform
-from andabata.navigation.planning.prior_map import PriorMap, PriorMapConfig
+from andabata.navigation.planning.prior_map import PriorMap, PriorMapConfig, slope_costs
 from terrain.heightfield import Heightfield
 
 CELLS, CELL = 64, 0.2
@@ -34,7 +34,8 @@ def bank() -> Heightfield:
 
 def prior_of(ground: Heightfield) -> PriorMap:
     """Return the prior map of heights with known costs."""
-    return PriorMap(ground, PriorMapConfig(steep_cost=STEEP), UNKNOWN)
+    costs = slope_costs(ground, PriorMapConfig(steep_cost=STEEP))
+    return PriorMap(costs, ground.cell, UNKNOWN)
 
 
 def planner(prior: PriorMap | None) -> GridPlanner:

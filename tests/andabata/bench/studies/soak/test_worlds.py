@@ -2,13 +2,8 @@
 
 import pytest
 
-from andabata.bench.studies.privileged import Drive
 from andabata.bench.studies.soak import worlds
 from andabata.bench.studies.soak.worlds import FLOOR, WORLDS, floor_of, shortfalls
-
-
-def drives(*reached):
-    return [Drive((1.0,) * count, "stuck") for count in reached]
 
 
 def test_the_floor_of_all_worlds_is_the_stated_one():
@@ -28,8 +23,7 @@ def test_only_goals_below_the_floor_are_named():
 @pytest.mark.parametrize(("third", "failed"), [(20, 0), (19, 1)])
 def test_a_shortfall_is_a_failure(third, failed, tmp_path, monkeypatch):
     """The figure has the goals either way; the shortfall is named."""
-    ended = drives(*[3] * third, *[2] * (WORLDS - third))
-    monkeypatch.setattr(worlds, "drive_worlds", lambda *_: ended)
+    monkeypatch.setattr(worlds, "drive_worlds", lambda *_: [WORLDS, WORLDS, third])
     outcome = worlds.worlds_are_driven(WORLDS, tmp_path)
     assert (outcome.trials, outcome.failed) == (WORLDS, failed)
     assert outcome.figure == f"goals 1, 2 and 3 in 24, 24 and {third} of 24 worlds"

@@ -173,7 +173,12 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m andabata.bench.gallery", description=__doc__)
     parser.add_argument("names", nargs="*", help="Names of pictures; all by default.")
     names = parser.parse_args(argv).names
-    for exhibit in exhibits(TABLE.read_text(encoding="utf-8")):
+    shown = exhibits(TABLE.read_text(encoding="utf-8"))
+    known = [Path(exhibit.path).name for exhibit in shown]
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        parser.error(f"expected names of {', '.join(known)}; got {', '.join(unknown)}")
+    for exhibit in shown:
         if not names or Path(exhibit.path).name in names:
             sys.stderr.write(f"{exhibit.path}: {exhibit.command}\n")
             atomic_io.write(TABLE.parent / exhibit.path, make(exhibit))

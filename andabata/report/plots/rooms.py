@@ -85,7 +85,7 @@ def trajectories_figure(
                 draw_tracks(axes, tracks)
                 axes.plot(*mine[0].path[:, :2].T, color=PATH_COLOUR, linewidth=2.4, zorder=2.6)
             draw_drives(axes, mine)
-            axes.set_title(f"{room.name}\n{lidar}: {_counts(mine)}", fontsize=9)
+            axes.set_title(f"{room.name}, {lidar}\n{_counts(mine)}", fontsize=9)
     figure.suptitle(title, fontsize=11)
     hits = any(drive.contact in HITS for some in drives.values() for drive in some)
     ends = {drive.outcome for some in drives.values() for drive in some}

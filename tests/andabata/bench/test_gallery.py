@@ -49,6 +49,13 @@ def test_a_module_makes_its_picture_without_options_of_ours(monkeypatch):
     assert Image.open(io.BytesIO(made)).size == (200, 50)
 
 
+def test_a_picture_that_there_is_not_is_refused(capsys):
+    """The message lists the names, with their endings."""
+    with pytest.raises(SystemExit):
+        gallery.main(["room"])
+    assert re.search(r"expected names of .*room\.png.*; got room\n", capsys.readouterr().err)
+
+
 @pytest.mark.parametrize("exhibit", EXHIBITS, ids=lambda each: each.path)
 def test_each_picture_is_there_with_a_command_that_exists(exhibit):
     """Options are known, the picture is not wider than the table says."""

@@ -43,10 +43,24 @@ def test_paths_end_with_the_markers_of_the_paper():
     first, second = figure.axes
     for colour, y in ((GREEN, 0.0), (RED, 1.0), (ORANGE, 2.0)):
         np.testing.assert_allclose(markers(first, colour), [[0.0, y]], atol=1e-12)
-    assert first.get_title() == f"{ROOM.name}\na: 1 of 3 goals reached, 1 crash, 1 time-out"
-    assert second.get_title() == f"{ROOM.name}\nb: 2 of 2 goals reached"
+    assert first.get_title() == f"{ROOM.name}, a\n1 of 3 goals reached, 1 crash, 1 time-out"
+    assert second.get_title() == f"{ROOM.name}, b\n2 of 2 goals reached"
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend == ["goal reached", "crash", "time-out"]
+
+
+def test_the_longest_title_of_paths_stays_above_its_own_room():
+    """Two rooms side by side; neither title reaches the other or the edge of the picture."""
+    mixed = [drive() for _ in range(20)]
+    mixed += [drive(Outcome.COLLISION), drive(Outcome.COLLISION), drive(Outcome.TIMEOUT)]
+    name = "laser ten-beams-forward"
+    rooms_of_two = [replace(ROOM, name="spn-env2"), replace(ROOM, name="spn-env3")]
+    cells = {(name, room.name): mixed for room in rooms_of_two}
+    figure = rooms.trajectories_figure(cells, rooms_of_two, "title")
+    figure.draw_without_rendering()
+    first, second = (axes.title.get_window_extent() for axes in figure.axes)
+    assert first.x1 < second.x0
+    assert second.x1 < figure.bbox.x1
 
 
 def test_hits_by_movers_have_a_marker_and_a_bar_of_their_own():

@@ -544,7 +544,7 @@ def test_the_lines_of_a_ros_2_graph_run_side_by_side(lines, tmp_path, monkeypatc
                     return any(command.left for command in commands)
                 return all("no start yet" in each.read_text() for each in errors)
 
-            for _ in range(1200):
+            for _ in range(2400):
                 if is_running():
                     break
                 time.sleep(0.1)

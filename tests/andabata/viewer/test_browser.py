@@ -184,9 +184,14 @@ def test_a_click_on_the_ground_is_a_goal(drive, page):
     before = drive.view._result.goal.copy()
     page.get_by_role("button", name="Choose the goal").click()
     wait_for(lambda: drive.view.server.viser.scene._scene_pointer_cb)
-    time.sleep(0.5)  # The page hears of it after the server.
-    page.mouse.click(200, 330)
-    wait_for(lambda: not np.array_equal(drive.view._result.goal, before))
+
+    def is_chosen():
+        # The page hears of it after the server, and a click before that is none.
+        page.mouse.click(200, 330)
+        time.sleep(0.5)
+        return not np.array_equal(drive.view._result.goal, before)
+
+    wait_for(is_chosen)
     assert np.abs(drive.view._result.goal).max() < 10
     assert drive.view.report["goals"] == 1
     assert page.errors == []

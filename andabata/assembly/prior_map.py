@@ -37,7 +37,7 @@ def make_prior_map(config: NavigatorConfig, world: World | None) -> PriorMap | N
         ElevationError: If the elevation model cannot be used, or does not cover the drive.
         MissingRasterioError: If it is one, and rasterio is not installed.
         OSError: If it cannot be read.
-        ValueError: If the source is ``world`` and there is none.
+        ValueError: If the source is ``world`` or ``truth`` and there is none.
     """
     prior, unknown = config.prior_map, 1.0 + config.local_planner.costs.unknown_cost
     if prior.source == "none":

@@ -78,6 +78,7 @@ _CONTACTS = {
     "hit at rest": Contact.HIT_AT_REST,
     "obstacle": Contact.OBSTACLE,
 }
+"""Contacts that end a drive, by the words of the table."""
 
 UpdateLayer = Callable[[ElevationGrid, NDArray[np.float64], tuple[float, float]], None]
 
@@ -130,7 +131,7 @@ def robot_that_knows(name: str, robot: SimulatedRobotConfig) -> SimulatedRobotCo
     """Return the settings of a robot with some knowledge, of ``KNOWLEDGE``.
 
     Args:
-        name: What it knows.
+        name: Name of what it knows.
         robot: Robot as it is.
     """
     exact = NoisyGroundTruthConfig(position_sigma=0.0, yaw_sigma=0.0, tilt_sigma=0.0)
@@ -148,7 +149,7 @@ def tell(name: str, simulated_robot: SimulatedRobot) -> None:
     """Give a robot what its settings cannot, before it drives.
 
     Args:
-        name: What it knows, of ``KNOWLEDGE``.
+        name: Name of what it knows, of ``KNOWLEDGE``.
         simulated_robot: Robot.
     """
     if name == TRUE_MOVERS:
@@ -214,7 +215,7 @@ def knowledge_row(name: str, attempts: Sequence[OffroadAttempt], goals: int) -> 
     Contacts are counted for a hundred goals that were tried.
 
     Args:
-        name: What the robot knows.
+        name: Name of what the robot knows.
         attempts: Attempts of all knowledge.
         goals: Number of goals in a row.
     """
@@ -239,6 +240,7 @@ def evaluation_of(options: argparse.Namespace) -> EvaluationConfig:
     robot = {"plant": options.plant, "reality": options.reality, **sensor_settings(options.sensor)}
     return EvaluationConfig.model_validate(
         {
+            "suite": options.suite,
             "world": options.world,
             "controllers": (options.controller,),
             "trials": options.trials,
@@ -254,6 +256,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Measure what limits driving.")
     parser.add_argument("knowledge", nargs="*", metavar="WHAT", help=", ".join(KNOWLEDGE))
     parser.add_argument("--controller", default=DEFAULT_CONTROLLER, help="Who steers.")
+    parser.add_argument("--suite", help="Suite of `andabata evaluate`, instead of worlds.")
     parser.add_argument("--world", default="natural-test", help="World preset.")
     parser.add_argument("--sensor", default="utm-30lx", help="Laser.")
     parser.add_argument("--plant", default="kinematic", help="Physics of the body.")
@@ -272,7 +275,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         options.out.mkdir(parents=True, exist_ok=True)
     console = Console(stderr=True)
     with ProcessEngine(options.workers) as engine, Progress(console=console) as progress:
-        bar = progress.add_task("trials", total=config.trials)
+        bar = progress.add_task("trials", total=len(study.cells()))
         attempts = run_comparison(
             study,
             engine=engine,

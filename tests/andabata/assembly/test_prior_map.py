@@ -55,7 +55,8 @@ def test_a_world_has_a_prior_map_and_a_recording_has_none() -> None:
     assert prior.highest > 0.0
 
     for source in ("world", "truth"):
-        with pytest.raises(ValueError, match=rf"expected an elevation model.*got '{source}'"):
+        said = rf"prior_map\.source: expected an elevation model.*got '{source}'"
+        with pytest.raises(ValueError, match=said):
             make_prior_map(robot(source=source), None)
 
 

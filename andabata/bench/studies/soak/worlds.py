@@ -9,19 +9,18 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import Progress
+from rich.progress import track
 
 from andabata.assembly.controllers import DEFAULT_CONTROLLER
 from andabata.bench.studies.soak.outcome import Outcome, Tally
 from andabata.engine_processes import ProcessEngine
-from andabata.evaluation.comparison import run_comparison
 from andabata.evaluation.offroad import EvaluationConfig, OffroadComparison
 from andabata.evaluation.offroad_table import summarise
 from andabata.models import Models
 from worlds.splits import DEVELOPMENT_SEEDS
 
-WORLD, FIRST_WORLD, WORLDS = "natural-test", DEVELOPMENT_SEEDS[0], len(DEVELOPMENT_SEEDS)
-"""Preset, first world seed and number of worlds."""
+WORLDS = len(DEVELOPMENT_SEEDS)
+"""Number of worlds."""
 
 _GOALS = 3
 
@@ -48,6 +47,11 @@ def shortfalls(reached: Sequence[int], worlds: int) -> list[str]:
     ]
 
 
+def evaluation() -> EvaluationConfig:
+    """Return the evaluation whose first worlds are driven: that of the development suite."""
+    return EvaluationConfig(suite="development", controllers=(DEFAULT_CONTROLLER,), goals=_GOALS)
+
+
 def drive_worlds(count: int, workers: int) -> list[int]:
     """Return how many drives reach the first, the first two, and all three goals.
 
@@ -55,21 +59,12 @@ def drive_worlds(count: int, workers: int) -> list[int]:
         count: Number of worlds, each of which is driven once.
         workers: Number of processes; the result does not depend on it.
     """
-    config = EvaluationConfig(
-        world=WORLD,
-        controllers=(DEFAULT_CONTROLLER,),
-        trials=count,
-        goals=_GOALS,
-        seed=FIRST_WORLD,
-    )
-    console = Console(stderr=True)
-    with ProcessEngine(workers) as engine, Progress(console=console) as progress:
-        bar = progress.add_task("drives", total=count)
-        attempts = run_comparison(
-            OffroadComparison.of(config, Models()),
-            engine=engine,
-            on_cell=lambda _: progress.advance(bar),
-        )
+    config = evaluation()
+    comparison, worlds = OffroadComparison.of(config, Models()), range(count)
+    with ProcessEngine(workers) as engine:
+        work = engine.run(comparison.drive, worlds)
+        bar = track(work, "drives", total=count, console=Console(stderr=True))
+        attempts = [attempt for _, _, driven in bar for attempt in driven.attempts]
     rows = summarise(attempts, config.controllers)
     return [row["successes"] for row in rows[:_GOALS]]
 

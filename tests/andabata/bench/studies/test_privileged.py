@@ -14,8 +14,10 @@ from andabata.bench.studies.privileged import (
     _ground_layer,
     knowledge_row,
     robot_that_knows,
+    tell,
     true_layer_update,
 )
+from andabata.bench.studies.true_movers import TrueMovers
 from andabata.evaluation.comparison import run_comparison
 from andabata.evaluation.offroad import EvaluationConfig
 from andabata.models import Models
@@ -80,6 +82,16 @@ def test_a_robot_is_told_one_thing_and_is_else_what_it_was():
     assert not changed["as-it-is"] | changed["true-cells"] | changed["true-map"]
 
 
+def test_true_movers_stand_in_the_place_of_the_perceived_ones():
+    """Those of the settings are replaced; a robot with its own tracks keeps them."""
+    scene, config = SceneCache().get("maze", 3), SimulatedRobotConfig(plant="kinematic")
+    for name in ("tracks", "true-movers"):
+        robot = make_robot("planner", scene, robot_that_knows(name, config))
+        tell(name, robot)
+        assert isinstance(robot.perception.movers, TrueMovers) == (name == "true-movers")
+        robot.close()
+
+
 def test_without_movers_all_that_is_known_of_them_drives_the_same():
     """Nobody is there: the rows are those of a robot that looks for nobody."""
     about_movers = study("plain", ("as-it-is", "tracks", "true-movers"))
@@ -127,6 +139,19 @@ def test_the_command_prints_a_table_and_the_pairs(monkeypatch, capsys, tmp_path)
     table, pairs = capsys.readouterr().out.split("\n\n")
     assert table.splitlines()[2].startswith("| as-it-is | 1 | 1 | 1 | 0 | 3 |")
     assert pairs.splitlines()[2].startswith("| true-way | as-it-is | 1 | 1 | 0 |")
+
+
+def test_a_suite_has_its_own_worlds(monkeypatch):
+    """That of development has 24, however many trials are asked for."""
+    asked = []
+
+    def run(comparison, **_):
+        asked.append(comparison)
+        return trial(0, "as-it-is", 3)
+
+    monkeypatch.setattr(privileged, "run_comparison", run)
+    privileged.main(["as-it-is", "--suite", "development", "--trials", "1"])
+    assert len(asked[0].cells()) == 24
 
 
 def test_a_controller_without_a_map_has_no_ground_layer():

@@ -4,6 +4,28 @@ import pytest
 
 from andabata.bench.studies.soak import worlds
 from andabata.bench.studies.soak.worlds import FLOOR, WORLDS, floor_of, shortfalls
+from andabata.evaluation.comparison import DrivenCell
+from andabata.evaluation.offroad import OffroadComparison
+from tests.support.offroad_attempts import trial
+
+
+def test_the_worlds_are_those_of_the_development_suite():
+    """natural-test, world seeds 7300 to 7323, three goals in a row, bullet."""
+    config = worlds.evaluation()
+    assert [each.seed for each in config.scenarios] == list(range(7300, 7324))
+    assert {each.world for each in config.scenarios} == {"natural-test"}
+    assert (config.goals, config.simulated_robot.plant) == (3, "bullet")
+
+
+def test_goals_are_counted_in_a_row(monkeypatch):
+    """Of two worlds, one reaches two goals, the other all three."""
+    ends = {0: 2, 1: 3}
+
+    def drive(comparison, world):
+        return DrivenCell(tuple(trial(world, comparison.config.controllers[0], ends[world])))
+
+    monkeypatch.setattr(OffroadComparison, "drive", drive)
+    assert worlds.drive_worlds(2, 1) == [2, 2, 1]
 
 
 def test_the_floor_of_all_worlds_is_the_stated_one():

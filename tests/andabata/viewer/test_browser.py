@@ -108,6 +108,13 @@ def test_play_and_pause_change_the_drive_and_the_button(drive, page):
     page.get_by_role("button", name="Play", exact=True).wait_for()
 
 
+def play(drive, page):
+    """Let the drive go on: each test begins for itself, in whatever order and process it runs."""
+    if drive.view.pace.is_paused:
+        page.get_by_role("button", name="Play", exact=True).click()
+        wait_for(lambda: not drive.view.pace.is_paused)
+
+
 def press(page, key):
     """Press a key once no form has the keyboard any more."""
     page.wait_for_function("document.activeElement === document.body")
@@ -167,7 +174,7 @@ def test_every_check_box_reaches_the_scene(drive, page):
 def test_arrows_drive_by_hand(drive, page):
     """Held, the robot drives ahead by whom it was pressed; let go, it stands."""
     start = drive.robot.simulator.vehicle.state.pose.position.copy()
-    page.get_by_role("button", name="Play", exact=True).click()
+    play(drive, page)
     page.keyboard.down("ArrowUp")
     wait_for(lambda: drive.view.is_driving and drive.view._result.twist.linear > 0)
     page.keyboard.up("ArrowUp")
@@ -181,6 +188,8 @@ def test_arrows_drive_by_hand(drive, page):
 
 def test_a_click_on_the_ground_is_a_goal(drive, page):
     """It becomes the goal of the navigator, on the ground of the world."""
+    play(drive, page)
+    wait_for(lambda: drive.steps > 0)
     before = drive.view._result.goal.copy()
     page.get_by_role("button", name="Choose the goal").click()
     wait_for(lambda: drive.view.server.viser.scene._scene_pointer_cb)
@@ -199,6 +208,7 @@ def test_a_click_on_the_ground_is_a_goal(drive, page):
 
 def test_a_page_that_is_left_lets_the_drive_end(drive, page):
     """The drive goes on without it, to its goal or its end."""
+    play(drive, page)
     choose(page, "Controller", "policy+planner")
     wait_for(lambda: not drive.view.is_driving)
     choose(page, "Speed", "as fast as it goes")

@@ -226,29 +226,27 @@ def convolved(crop: NDArray[np.float32], layers: Convolutions) -> NDArray[np.flo
 def _convolve(
     x: NDArray[np.float32], weights: NDArray[np.float32], biases: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return one convolution and its ReLU, shape (outputs, rows / 2, columns / 2)."""
+    """Return one convolution and its ReLU, shape (outputs, rows / 2, columns / 2).
+
+    What each output sees is laid out as a row, so that one matrix product does the sums.
+    """
     channels, rows, columns = x.shape
     edge, outputs = len(weights), len(biases)
     height, width, pad = (rows + 1) // 2, (columns + 1) // 2, edge // 2
-    y = np.empty((outputs, height, width), dtype=np.float32)
-    total = np.empty(outputs, dtype=np.float32)
-    for i in range(height):
-        for j in range(width):
-            total[:] = biases
-            for u in range(edge):
-                row = 2 * i + u - pad
-                if not 0 <= row < rows:
-                    continue
-                for v in range(edge):
-                    column = 2 * j + v - pad
-                    if not 0 <= column < columns:
+    seen = np.zeros((edge * edge * channels, height * width), dtype=np.float32)
+    for u in range(edge):
+        for v in range(edge):
+            for c in range(channels):
+                row = seen[(u * edge + v) * channels + c]
+                for i in range(height):
+                    p = 2 * i + u - pad
+                    if not 0 <= p < rows:
                         continue
-                    for c in range(channels):
-                        value = x[c, row, column]
-                        # Most of a map is zero in most of its channels.
-                        if value != 0.0:
-                            for out in range(outputs):
-                                total[out] += weights[u, v, c, out] * value
-            for out in range(outputs):
-                y[out, i, j] = max(total[out], np.float32(0.0))
-    return y
+                    for j in range(width):
+                        q = 2 * j + v - pad
+                        if 0 <= q < columns:
+                            row[i * width + j] = x[c, p, q]
+    y = np.dot(weights.reshape(-1, outputs).T, seen)
+    for out in range(outputs):
+        y[out] = np.maximum(y[out] + biases[out], np.float32(0.0))
+    return y.reshape(outputs, height, width)

@@ -29,6 +29,7 @@ class CropActor(nn.Module):
         actions: ActionSpec,
         table: NDArray[np.float32],
         hidden: tuple[int, ...] = (128, 128),
+        terms: tuple[str, ...] | None = None,
     ) -> None:
         """Draw fresh weights.
 
@@ -37,11 +38,14 @@ class CropActor(nn.Module):
             actions: Space of the actions.
             table: Actions as shares from -1 to 1, shape (a, n_actions).
             hidden: Widths of the dense layers.
+            terms: Names of the terms that are read, None for all.
         """
         super().__init__()
         self._observations, self._actions, self._table = observations, actions, table
-        self._crops = crop_terms(observations)
-        self.numbers = TermReader(observations, number_terms(observations))
+        self._terms = terms
+        read = observations if terms is None else observations.only(terms)
+        self._crops = crop_terms(read)
+        self.numbers = TermReader(observations, number_terms(read))
         self.convolutions = nn.ModuleDict()
         inputs = self.numbers.size
         for name in self._crops:
@@ -101,7 +105,7 @@ class CropActor(nn.Module):
                 weights |= _arrays(f"{name}.{k}", layer)
         for k, layer in enumerate(self.layers):
             weights |= _arrays(f"layer{k}", layer)
-        return CropPricesPolicy(weights, self._observations, self._actions, info)
+        return CropPricesPolicy(weights, self._observations, self._actions, info, self._terms)
 
 
 def _arrays(name: str, layer: nn.Module) -> dict[str, NDArray[np.float32]]:

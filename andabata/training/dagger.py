@@ -107,12 +107,17 @@ def run_rounds(
             on_kept(k)
         else:
             atomic_io.write(labels_file, _archive(drive(k, last)))
-        with np.load(labels_file, allow_pickle=False) as kept:
-            labels.append({name: kept[name] for name in kept.files})
+        labels.append(kept_round(labels_file))
         if not policy_file.exists():
             atomic_io.write(policy_file, fit(k, labels, last).to_bytes())
         policies.append(load_policy(policy_file))
     return policies
+
+
+def kept_round(file: Path) -> Arrays:
+    """Return the arrays of a round's file."""
+    with np.load(file, allow_pickle=False) as kept:
+        return {name: kept[name] for name in kept.files}
 
 
 def _archive(arrays: Arrays) -> bytes:

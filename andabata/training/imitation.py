@@ -22,9 +22,9 @@ from andabata.navigation.map_observation import (
     mirrored_observations,
 )
 from andabata.runs.folder import commit
-from andabata.training.dagger import Arrays, check_rounds, drive_round, run_rounds
+from andabata.training.dagger import Arrays, check_rounds, drive_round, kept_round, run_rounds
 from andabata.training.map_labels import MapLabels, MapLabelsConfig, drive_and_label
-from rl.policies.crop_prices import CropPricesPolicy
+from rl.policies.crop_prices import crop_terms, number_terms
 from rl.policy import Policy, load_policy
 
 
@@ -36,6 +36,7 @@ class ImitationConfig(BaseModel):
         drives: Number of drives of each round; as many rounds as numbers.
         teacher_shares: Share of the time that the teacher steers in each round; all of it in the
             first.
+        reads: Names of the terms of the observation that the student reads, None for all.
         hidden: Width of each dense layer.
         epochs: Number of passes over all labels in each round.
         batch_size: Number of labels in a step.
@@ -48,6 +49,7 @@ class ImitationConfig(BaseModel):
     driving: MapLabelsConfig = Field(default_factory=MapLabelsConfig)
     drives: tuple[int, ...] = Field(default=(60, 60, 60), min_length=1)
     teacher_shares: tuple[float, ...] = (1.0, 0.4, 0.1)
+    reads: tuple[str, ...] | None = None
     hidden: tuple[int, ...] = (128, 128)
     epochs: int = Field(default=8, ge=1)
     batch_size: int = Field(default=64, ge=1)
@@ -58,6 +60,19 @@ class ImitationConfig(BaseModel):
     def _check_rounds(self) -> Self:
         """Refuse rounds without drives or without a driver."""
         check_rounds(self.drives, self.teacher_shares, "teacher_shares")
+        return self
+
+    @model_validator(mode="after")
+    def _check_reads(self) -> Self:
+        """Refuse a student without a crop or without numbers, and unknown terms."""
+        known = [term.name for term in self.driving.observations.terms]
+        if self.reads is not None:
+            read = self.driving.observations.only([name for name in self.reads if name in known])
+            if set(self.reads) - set(known) or not crop_terms(read) or not number_terms(read):
+                raise ValueError(
+                    f"reads: expected map_near, map_far or both, and others of {', '.join(known)}, "
+                    f"got {', '.join(self.reads)}"
+                )
         return self
 
 
@@ -154,6 +169,46 @@ def _fitted(
     return fit(labels, config, seed, info, start)
 
 
+def labelled_config(folder: Path) -> ImitationConfig:
+    """Return the settings of the rounds in a folder of ``imitate``.
+
+    Raises:
+        ValueError: If it holds no finished round.
+    """
+    last = folder / "round-0.safetensors"
+    if not last.exists():
+        raise ValueError(no_rounds(folder))
+    return ImitationConfig.model_validate(load_policy(last).info["config"])
+
+
+def fit_again(config: ImitationConfig, seed: int, folder: Path) -> tuple[Policy, ImitationRound]:
+    """Return a policy that is fitted from fresh weights to labels which are there already.
+
+    Args:
+        config: Settings; labels are those of its first rounds, as many as ``drives`` has numbers.
+        seed: Seed of the network and of the order.
+        folder: Folder of the rounds.
+
+    Raises:
+        ValueError: If the folder has not as many finished rounds, or they were driven with other
+            settings.
+    """
+    if labelled_config(folder).driving != config.driving:
+        raise ValueError(
+            f"driving: expected the settings of {folder}, got others; leave `driving` as it is, "
+            "or make labels of your own without --labels"
+        )
+    files = [folder / f"round-{k}.npz" for k in range(len(config.drives))]
+    if missing := [file for file in files if not file.exists()]:
+        raise ValueError(
+            f"{missing[0]}: expected {len(files)} finished rounds, got fewer; give as many "
+            f"numbers of `drives` and `teacher_shares` as {folder} has rounds"
+        )
+    rounds = [kept_round(file) for file in files]
+    policy = _fitted(config, seed, len(rounds) - 1, rounds, None)
+    return policy, ImitationRound(*(policy.info[name] for name in ImitationRound._fields))
+
+
 def fit(
     labels: MapLabels,
     config: ImitationConfig,
@@ -180,12 +235,12 @@ def fit(
     from rl.crop_actor import CropActor
     from rl.networks import use_one_thread
 
-    _check_labels(labels)
+    check_labels(labels)
     use_one_thread()
     torch.manual_seed(seed)
     rng = np.random.default_rng([seed, len(labels.prices)])
     robot, spec = config.driving.simulated_robot.robot, config.driving.observations
-    actor = CropActor(spec, map_actions(robot), action_shares(robot), config.hidden)
+    actor = CropActor(spec, map_actions(robot), action_shares(robot), config.hidden, config.reads)
     if start is not None:
         actor.load(start)
     optimizer = torch.optim.Adam(actor.parameters(), lr=config.learning_rate)
@@ -214,7 +269,7 @@ def fit(
     return actor.policy(info | {"loss": round(total, 6), "regret": round(regret, 6)})
 
 
-def _check_labels(labels: MapLabels) -> None:
+def check_labels(labels: MapLabels) -> None:
     """Refuse labels without a decision.
 
     Raises:
@@ -227,75 +282,14 @@ def _check_labels(labels: MapLabels) -> None:
         )
 
 
-class JudgedDecisions(NamedTuple):
-    """Labels of a round's drives, priced by a policy that has not learned from them.
-
-    Attributes:
-        labels: Labels.
-        policy: Policy of the round before; that of the only round where there is one alone.
-        given: Prices that it gives all actions [s], float32, shape (n, a).
-        regrets: Price of its choices beyond the best action's by the teacher [s], shape (n,).
-        table: Speed [m/s] and yaw rate [rad/s] of each action, shape (a, 2).
-        clip: Largest price beyond the best action's that it learns [s].
-    """
-
-    labels: MapLabels
-    policy: Policy
-    given: NDArray[np.float32]
-    regrets: NDArray[np.float32]
-    table: NDArray[np.float64]
-    clip: float
-
-
-def judge_decisions(folder: Path) -> JudgedDecisions:
-    """Return what the last round of a folder of ``imitate`` labelled, and a policy's prices of it.
-
-    Args:
-        folder: Folder of the rounds.
-
-    Raises:
-        ValueError: If it holds no finished round of an imitation.
-    """
-    last = len(list(folder.glob("round-*.safetensors"))) - 1
-    files = [folder / f"round-{max(last - 1, 0)}.safetensors", folder / f"round-{last}.npz"]
-    if last < 0 or not all(file.exists() for file in files):
-        raise ValueError(
-            f"{folder}: expected rounds of an imitation, got none that is finished; make them with "
-            f"`andabata policy imitate --out {folder}`"
-        )
-    policy = load_policy(files[0])
-    if not isinstance(policy, CropPricesPolicy):
-        raise ValueError(
-            f"{folder}: expected rounds of `andabata policy imitate`, got a policy of architecture "
-            f"{policy.architecture}; name a folder of that command"
-        )
-    with np.load(files[1], allow_pickle=False) as kept:
-        labels = MapLabels(kept["observations"], kept["prices"])
-    config = ImitationConfig.model_validate(policy.info["config"])
-    _check_labels(labels)
-    given = np.array([policy.prices(row.astype(np.float32)) for row in labels.observations])
-    chosen = given.argmin(axis=1)[:, None]
-    beyond = labels.prices - labels.prices.min(axis=1, keepdims=True)
-    regrets = np.take_along_axis(beyond, chosen, axis=1)[:, 0]
-    table = action_table(config.driving.simulated_robot.robot)
-    return JudgedDecisions(labels, policy, given, regrets, table, config.clip)
-
-
-def dearest(regrets: NDArray[np.float32], count: int, apart: int = 100) -> list[int]:
-    """Return the numbers of the dearest decisions, none within some others of a dearer one.
-
-    Args:
-        regrets: Price of each decision beyond the best action's [s], in the order of the drives.
-        count: Largest number of decisions.
-        apart: Number of decisions between two of them: a drive repeats its mistakes.
-    """
-    chosen: list[int] = []
-    for k in np.argsort(-regrets, kind="stable").tolist():
-        if len(chosen) < count and all(abs(k - other) >= apart for other in chosen):
-            chosen.append(k)
-    return chosen
-
-
 def beyond_best(prices: NDArray[np.float32], clip: float) -> NDArray[np.float32]:
     """Return what each action costs beyond the best one [s], at most ``clip``, shape (n, a)."""
     return np.minimum(prices - prices.min(axis=1, keepdims=True), np.float32(clip))
+
+
+def no_rounds(folder: Path) -> str:
+    """Return the error about a folder without a finished round."""
+    return (
+        f"{folder}: expected rounds of an imitation, got none that is finished; make them with "
+        f"`andabata policy imitate --out {folder}`"
+    )

@@ -56,7 +56,7 @@ class CropPricesPolicy:
         observations: Space of its observations.
         actions: Space of its actions.
         info: Origin of the policy: config, commit, stage; ready for JSON.
-        terms: None: all terms are read.
+        terms: Names of the terms that are read, None for all.
     """
 
     weights: Tensors
@@ -69,7 +69,10 @@ class CropPricesPolicy:
 
     def __post_init__(self) -> None:
         """Check that layers and spaces fit together."""
-        crops, numbers = crop_terms(self.observations), number_terms(self.observations)
+        read = self.observations
+        if self.terms is not None:
+            read = read.only(self.terms)
+        crops, numbers = crop_terms(read), number_terms(read)
         if not crops or not numbers:
             raise ValueError(
                 f"observations: expected crops and other terms, got {crops} and {numbers}"

@@ -112,3 +112,15 @@ def test_the_pass_does_not_depend_on_rows_that_are_zero(actor):
     seen[: 16 * 16] = 0.0
     first, second = (CropPricesPolicy(each, OBSERVATIONS, ACTIONS) for each in (weights, other))
     assert np.array_equal(first.prices(seen), second.prices(seen))
+
+
+def test_terms_that_are_not_read_change_nothing():
+    """In torch and compiled; a policy that reads no crop, or crops alone, is refused."""
+    torch.manual_seed(5)
+    policy = CropActor(OBSERVATIONS, ACTIONS, TABLE, (8,), ("near", "goal")).policy({})
+    seen = drawn(1)[0]
+    other = seen.copy()
+    other[OBSERVATIONS.slice_of("far")] += 1.0
+    np.testing.assert_array_equal(policy.prices(seen), policy.prices(other))
+    with pytest.raises(ValueError, match="expected crops and other terms"):
+        CropPricesPolicy(policy.tensors(), OBSERVATIONS, ACTIONS, {}, ("goal",))

@@ -103,6 +103,10 @@ def imitate(
     out: Annotated[Path, typer.Option(help="Folder of the rounds and of the policy.")] = Path(
         "data/runs/imitated"
     ),
+    labels: Annotated[
+        Path | None,
+        typer.Option(help="Folder of another imitation: fit to its labels, without drives."),
+    ] = None,
     settings: SettingsOptions,
     seed: Seed = 0,
     workers: Workers = 2,
@@ -116,16 +120,23 @@ def imitate(
     Examples:
         andabata policy imitate --out data/runs/imitated
         andabata policy imitate --set drives=[20,20] --set teacher_shares=[1,0.3]
+        andabata policy imitate --labels data/runs/imitated --out data/runs/wide --set hidden=[256]
     """
     from andabata.runs import atomic_io
     from andabata.training import imitation
 
-    config = settings.resolve(imitation.ImitationConfig)
     console = output.console()
-    with console.progress("drives", sum(config.drives)) as step:
-        policy, rounds = imitation.imitate(
-            config, seed, out, workers, lambda k, count: step(count, f"round {k + 1}")
-        )
+    if labels is not None:
+        base = imitation.labelled_config(labels)
+        config = settings.resolve(imitation.ImitationConfig, base)
+        policy, fitted = imitation.fit_again(config, seed, labels)
+        rounds = [fitted]
+    else:
+        config = settings.resolve(imitation.ImitationConfig)
+        with console.progress("drives", sum(config.drives)) as step:
+            policy, rounds = imitation.imitate(
+                config, seed, out, workers, lambda k, count: step(count, f"round {k + 1}")
+            )
     file, data = out / "policy.safetensors", policy.to_bytes()
     atomic_io.write(file, data)
     result = {"policy": str(file), "bytes": len(data), "rounds": [one._asdict() for one in rounds]}
@@ -163,7 +174,7 @@ def decisions(
     from andabata.report.plots.axes import png
     from andabata.report.plots.decisions import Decision, decisions_figure
     from andabata.runs import atomic_io
-    from andabata.training.imitation import dearest, judge_decisions
+    from andabata.training.judged_decisions import dearest, judge_decisions
 
     judged = judge_decisions(folder)
     labels, total = judged.labels, len(judged.regrets)

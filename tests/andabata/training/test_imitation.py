@@ -3,38 +3,23 @@
 import numpy as np
 import pytest
 
-from andabata.navigation.map_observation import action_table
-from andabata.tasks.episode_monitor import TerminationConfig
 from andabata.training.imitation import (
     ImitationConfig,
     beyond_best,
-    dearest,
     fit,
+    fit_again,
     imitate,
-    judge_decisions,
+    labelled_config,
 )
-from andabata.training.map_labels import MapLabels, MapLabelsConfig
+from andabata.training.map_labels import MapLabels
 from rl.policies.crop_prices import CropPricesPolicy
-from tests.support.room_policies import window_policy
+from rl.policy import policy_from_bytes
+from tests.support.labels import DRIVING, labels_that_turn_to_the_goal
 
-DRIVING = MapLabelsConfig(
-    presets=("natural-test",), goals=1, terminations=TerminationConfig(time_limit=4.0)
-)
 TINY = ImitationConfig(
     driving=DRIVING, drives=(1, 1), teacher_shares=(1.0, 0.0), hidden=(16,), epochs=1
 )
 SPEC = DRIVING.observations
-TABLE = action_table(DRIVING.simulated_robot.robot)
-
-
-def labels_that_turn_to_the_goal(count=400):
-    """Return labels whose cheapest action turns to the side of the goal."""
-    rng = np.random.default_rng(0)
-    seen = np.zeros((count, SPEC.size), dtype=np.float16)
-    side = rng.uniform(-1, 1, count)
-    seen[:, SPEC.slice_of("goal").start + 1] = side
-    prices = 2.0 * np.abs(TABLE[None, :, 1] - 0.5 * side[:, None]) + 5.0
-    return MapLabels(seen, prices.astype(np.float32))
 
 
 def test_prices_count_from_the_best_up_to_the_clip():
@@ -95,37 +80,63 @@ def test_rounds_without_a_driver_are_refused():
         ImitationConfig(drives=(1,), teacher_shares=(0.5,))
 
 
-def test_decisions_are_judged_by_the_policy_that_has_not_learned_from_them(tmp_path):
-    """The labels are the last round's, the policy that of the round before."""
-    config = ImitationConfig(
-        driving=DRIVING, hidden=(32,), epochs=20, batch_size=25, learning_rate=3e-3
-    )
-    labels = labels_that_turn_to_the_goal()
-    away = MapLabels(labels.observations[:50], labels.prices[:50][:, ::-1])
+def test_a_student_may_read_some_terms_alone(tmp_path):
+    """What it does not read changes nothing; its file says so, and drives."""
+    labels = labels_that_turn_to_the_goal(60)
+    config = ImitationConfig(driving=DRIVING, hidden=(8,), epochs=1, reads=("map_far", "goal"))
+    policy = fit(labels, config, 0, {})
+    again = policy_from_bytes(policy.to_bytes())
+    assert isinstance(again, CropPricesPolicy)
+    assert again.terms == ("map_far", "goal")
+    rng = np.random.default_rng(1)
+    seen = rng.uniform(0.0, 1.0, (2, SPEC.size)).astype(np.float32)
+    for name in again.terms:
+        seen[1, SPEC.slice_of(name)] = seen[0, SPEC.slice_of(name)]
+    np.testing.assert_array_equal(again.prices(seen[0]), again.prices(seen[1]))
+    seen[1, SPEC.slice_of("map_far")] = 0.0
+    assert not np.array_equal(again.prices(seen[0]), again.prices(seen[1]))
+
+
+@pytest.mark.parametrize("reads", [("goal",), ("map_near",), ("map_near", "goal", "lidar")])
+def test_a_student_reads_a_crop_and_numbers_that_there_are(reads):
+    """Others are refused by the setting's name."""
+    with pytest.raises(ValueError, match="reads: expected map_near, map_far or both"):
+        ImitationConfig(driving=DRIVING, reads=reads)
+
+
+def kept_rounds(folder, config, counts):
+    """Write rounds of labels with those numbers of decisions, and the first one's policy."""
+    for k, count in enumerate(counts):
+        labels = labels_that_turn_to_the_goal(count)
+        np.savez(folder / f"round-{k}.npz", **labels._asdict(), goals=4, reached=k)
     about = {"config": config.model_dump(mode="json")}
-    policies = [fit(labels, config, 0, about), fit(away, config, 0, about)]
-    for k, (one, policy) in enumerate(zip((labels, away), policies, strict=True)):
-        np.savez(tmp_path / f"round-{k}.npz", **one._asdict())
-        (tmp_path / f"round-{k}.safetensors").write_bytes(policy.to_bytes())
-    judged = judge_decisions(tmp_path)
-    np.testing.assert_array_equal(judged.labels.prices, away.prices)
-    seen = away.observations.astype(np.float32)
-    np.testing.assert_array_equal(judged.given[3], policies[0].prices(seen[3]))
-    choice = int(judged.given[3].argmin())
-    assert judged.regrets[3] == away.prices[3, choice] - away.prices[3].min()
-    assert judged.regrets.mean() > 0.2
-    (tmp_path / "round-1.safetensors").unlink()
-    assert judge_decisions(tmp_path).regrets.mean() < 0.1
-    (tmp_path / "round-0.safetensors").unlink()
+    (folder / "round-0.safetensors").write_bytes(fit(labels, config, 0, about).to_bytes())
+
+
+def test_a_student_is_fitted_again_to_labels_that_are_there(tmp_path):
+    """From fresh weights, to as many rounds as asked for, with the settings of their drives."""
+    config = ImitationConfig(
+        driving=DRIVING, drives=(2, 2), teacher_shares=(1.0, 0.0), hidden=(8,), epochs=1
+    )
+    kept_rounds(tmp_path, config, (30, 20))
+    assert labelled_config(tmp_path) == config
+    wide = config.model_copy(update={"hidden": (12,)})
+    policy, result = fit_again(wide, 1, tmp_path)
+    assert (result.labels, result.goals, result.reached) == (50, 4, 0.25)
+    assert policy.tensors()["layer0.bias"].shape == (12,)
+    first = config.model_copy(update={"drives": (2,), "teacher_shares": (1.0,)})
+    assert fit_again(first, 1, tmp_path)[1].labels == 30
+
+
+def test_labels_that_are_not_there_are_refused(tmp_path):
+    """A folder without rounds, too few of them, and drives with other settings."""
+    config = ImitationConfig(driving=DRIVING, drives=(2,), teacher_shares=(1.0,), hidden=(8,))
     with pytest.raises(ValueError, match="andabata policy imitate --out"):
-        judge_decisions(tmp_path)
-    (tmp_path / "round-0.safetensors").write_bytes(window_policy("td3").to_bytes())
-    with pytest.raises(ValueError, match="got a policy of architecture deterministic"):
-        judge_decisions(tmp_path)
-
-
-def test_the_dearest_decisions_are_of_different_times():
-    """The neighbours of a dear one are left out."""
-    regrets = np.array([0.0, 5.0, 6.0, 4.0, 1.0, 3.0, 0.5], dtype=np.float32)
-    assert dearest(regrets, 3, apart=2) == [2, 5, 0]
-    assert dearest(regrets, 1) == [2]
+        labelled_config(tmp_path)
+    kept_rounds(tmp_path, config, (10,))
+    more = config.model_copy(update={"drives": (2, 2), "teacher_shares": (1.0, 0.5)})
+    with pytest.raises(ValueError, match="expected 2 finished rounds"):
+        fit_again(more, 0, tmp_path)
+    other = config.model_copy(update={"driving": DRIVING.model_copy(update={"goals": 3})})
+    with pytest.raises(ValueError, match="leave `driving` as it is"):
+        fit_again(other, 0, tmp_path)

@@ -19,6 +19,7 @@ from andabata.evaluation.strict_verdict import StrictMeasures
 from andabata.evaluation.trial_monitor import TrialMonitor, arrival_tolerance
 from andabata.machine.sensor_readings import SensorReadings, VehicleState
 from andabata.navigation.fault_watch import FaultResponse
+from andabata.navigation.navigator import StepResult
 from andabata.tasks.terminations import Outcome, TerminationConfig
 from worlds.world import Task, World, jittered
 
@@ -53,6 +54,8 @@ class OffroadMeasures:
         position_error: Error of the estimated position at the end [m]; None in records of earlier
             versions.
         strict: Measures of the strict verdict; None in records of earlier versions.
+        overruled: Share of the controller's decisions that the planner turned elsewhere; None
+            without a decision, and in records of earlier versions.
         walker: Kind of the walker that was touched at the end, see ``touched_kind``; else empty.
         response: Response of the robot to faults over the whole trial, with the last goal that was
             tried; else None.
@@ -72,6 +75,7 @@ class OffroadMeasures:
     arrival_error: float | None = None
     position_error: float | None = None
     strict: StrictMeasures | None = None
+    overruled: float | None = None
     response: FaultResponse | None = None
     walker: str = ""
 
@@ -100,6 +104,25 @@ def strict_row(attempt: OffroadAttempt) -> dict[str, Any]:
         "outline_forbidden_s": None if strict is None else strict.forbidden_time,
         "solid_distance_m": None if strict is None else strict.solid_distance,
     }
+
+
+class _Decisions:
+    """Counts the decisions of a controller on the way to a goal, and those that were overruled."""
+
+    def __init__(self) -> None:
+        """Begin at none."""
+        self._count = self._overruled = 0
+
+    def __call__(self, step: StepResult) -> None:
+        """Watch a control step."""
+        if step.is_overruled is not None:
+            self._count += 1
+            self._overruled += step.is_overruled
+
+    @property
+    def overruled(self) -> float | None:
+        """Share of them that were overruled, None without any."""
+        return self._overruled / self._count if self._count else None
 
 
 class Operator(Protocol):
@@ -165,6 +188,8 @@ def run_trial(
         # From where it stands: it has stopped within the radius of the goal before, not at it.
         shortest = safe_length(world, state.pose.position[:2], goal, terminations.goal_radius)
         outcome: Outcome | None = None
+        decisions = _Decisions()
+        simulated_robot.navigator.spectators.append(decisions)
         while outcome is None:
             if operator is not None:
                 shortest = _attended(operator, simulated_robot, monitor, readings, shortest)
@@ -173,10 +198,11 @@ def run_trial(
             outcome = monitor.judge(_truth(readings), navigator.has_arrived, navigator.perceived)
             if on_step is not None:
                 on_step(readings)
+        simulated_robot.navigator.spectators.remove(decisions)
         # The estimate is that of the readings before the last step.
         off = simulated_robot.localizer.pose.position - state.pose.position
         error, there = float(np.hypot(*off[:2])), readings.walkers
-        attempts.append(measured(number, outcome, shortest, error, monitor, there))
+        attempts.append(measured(number, outcome, shortest, error, monitor, decisions, there))
         # The next goal lies ahead of this one: from where the robot failed it is another task.
         if outcome is not Outcome.GOAL:
             break
@@ -239,6 +265,7 @@ def _attempt(
     shortest: float,
     position_error: float,
     monitor: TrialMonitor,
+    decisions: _Decisions,
     walkers: NDArray[np.float64] | None,
 ) -> OffroadAttempt:
     """Return what the monitor measured on the way to a goal, whose numbers begin at 1."""
@@ -259,6 +286,7 @@ def _attempt(
         arrival_error=monitor.arrival_error,
         position_error=position_error,
         strict=monitor.strict,
+        overruled=decisions.overruled,
         walker="" if outcome is Outcome.GOAL else touched_kind(world, end, walkers, contact),
     )
     return Attempt(

@@ -41,6 +41,8 @@ class StepResult(NamedTuple):
         twist: Twist that is driven, after limits and dead zone.
         wheels: Wheel speeds of it.
         has_arrived: True if the robot has declared this goal reached.
+        is_overruled: True if the planner has turned the controller's command elsewhere; None where
+            no decision was due.
     """
 
     readings: SensorReadings
@@ -50,10 +52,16 @@ class StepResult(NamedTuple):
     twist: Twist
     wheels: WheelSpeeds
     has_arrived: bool = False
+    is_overruled: bool | None = None
 
 
 Observer = Callable[[StepResult], None]
 """Watches control steps and changes nothing: a recorder, a live view, a comparison."""
+
+
+def _leads_alike(one: Twist, other: Twist) -> bool:
+    """Return True for the same yaw rate and direction, at whatever speed."""
+    return one.angular == other.angular and np.sign(one.linear) == np.sign(other.linear)
 
 
 class Navigator:
@@ -191,17 +199,20 @@ class Navigator:
         is_due = self._repeats_left == 0 and not has_arrived
         # How far is it free: cloud to polar cells, classifier, virtual scan.
         scan = self._scan(readings.stamp) if is_due or self.observers else None
-        situation = None
+        situation = is_overruled = None
         if is_due and scan is not None:
             # Where to head for: a sub-goal on the shortest path over the occupancy grid.
             situation = self._situation(readings, scan)
             # How to steer: the policy; rollouts replace a command that leads into an obstacle.
             command = controller.act(situation)
             self._command = self._planner.select(situation, command)
+            is_overruled = not _leads_alike(self._command, command)
             self._repeats_left = self._action_repeat
         # What the wheels do: limits, dead zone, inverse kinematics.
         twist, wheels = self._next_twist()
-        result = StepResult(readings, scan, situation, self._goal, twist, wheels, has_arrived)
+        result = StepResult(
+            *(readings, scan, situation, self._goal, twist, wheels, has_arrived, is_overruled)
+        )
         for observer in (*self.observers, *self.spectators):
             observer(result)
         return result

@@ -10,9 +10,11 @@ import pytest
 from andabata.assembly.simulated_robot import SimulatedRobotConfig
 from andabata.evaluation.strict_verdict import StrictMeasures
 from andabata.evaluation.trial import is_strict_success, run_trial, safe_length, strict_row
+from andabata.machine.kinematics import Twist
 from andabata.machine.planar.mover_contact import Contact
 from andabata.machine.pose import Pose
 from andabata.machine.sensor_readings import SensorReadings, VehicleState, WheelSpeeds
+from andabata.navigation.navigator import StepResult
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from terrain.classes import SemanticClass
 from terrain.objects import box
@@ -31,7 +33,9 @@ class Puppet:
 
     def __init__(self, world, bad=None, speed=5.0, off=0.0):
         self.scene = SimpleNamespace(world=world)
-        self.navigator = SimpleNamespace(set_goal=self._set_goal, has_arrived=False, perceived=None)
+        self.navigator = SimpleNamespace(
+            set_goal=self._set_goal, has_arrived=False, perceived=None, spectators=[]
+        )
         self.localizer, self._off = SimpleNamespace(), np.array([off, 0.0])
         self.goals, self.starts, self.steps = [], [], 0
         self._bad, self._speed, self._stamp = bad, speed, 0.0
@@ -158,6 +162,29 @@ def test_measures_are_those_of_the_drive(make_ground):
         assert attempt.spl == pytest.approx(min(attempt.shortest / attempt.distance, 1.0))
     length = np.hypot(*(np.array(GOALS[1]) - attempts[1].path[0, :2]))
     assert attempts[1].shortest == pytest.approx(length - 1.0, abs=0.1)
+
+
+class OverruledPuppet(Puppet):
+    """A robot that decides in every second step, and is overruled on the way to its first goal."""
+
+    def step(self, readings):
+        readings = super().step(readings)
+        twist, wheels = Twist(0.3, 0.0), WheelSpeeds(0.0, 0.0)
+        overruled = None if self.steps % 2 else len(self.goals) == 1
+        for watch in self.navigator.spectators:
+            watch(StepResult(readings, None, None, np.zeros(2), twist, wheels, False, overruled))
+        return readings
+
+
+def test_decisions_that_were_overruled_are_counted_by_goal(make_ground):
+    """As a share of those on the way to it; None of a robot that decided nothing."""
+    task = Task(TASK.start, GOALS[:2])
+    robot = OverruledPuppet(make_ground())
+    attempts = run_trial(robot, task, RULES, np.random.default_rng(0))
+    assert [attempt.detail.overruled for attempt in attempts] == [1.0, 0.0]
+    assert robot.navigator.spectators == []
+    idle = run_trial(Puppet(make_ground()), task, RULES, np.random.default_rng(0))
+    assert [attempt.detail.overruled for attempt in idle] == [None, None]
 
 
 def test_each_drive_has_its_own_time_limit(make_ground):

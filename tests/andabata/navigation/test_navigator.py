@@ -204,6 +204,24 @@ def test_the_planner_guides_the_controller_and_checks_its_command():
     assert driven(result.wheels) == pytest.approx((0.3, 0.2))
 
 
+@pytest.mark.parametrize(
+    ("selected", "is_overruled"),
+    [
+        (Twist(0.6, 0.4), False),
+        (Twist(0.0, 0.4), True),
+        (Twist(-0.3, 0.4), True),
+        (Twist(0.3, 0.3), True),
+    ],
+)
+def test_a_command_that_is_turned_elsewhere_is_overruled(selected, is_overruled):
+    """Another speed alone is not; between two decisions there is nothing to say."""
+    planner = StubPlanner()
+    planner.select = lambda situation, command: selected
+    navigator, *_ = make(Twist(0.3, 0.4), planner=planner, repeat=2)
+    first, second = steps(navigator, 2)
+    assert (first.is_overruled, second.is_overruled) == (is_overruled, None)
+
+
 @pytest.mark.parametrize("linear", [0.3, 0.6, -0.3, 0.1])
 def test_the_commanded_speed_reaches_the_wheels(linear):
     """Twice the robot's speed, half of it and driving backwards are driven as commanded."""

@@ -35,6 +35,9 @@ class ActionPricesConfig(BaseModel):
         arc_speed: Speed of these arcs [m/s].
         rates: Yaw rates of these arcs, as shares of the steering limit.
         contact: Price of a metre of missing clearance around the body, at each point [s].
+        margin: Clearance around the body that is worth a detour [m]: a map of 0.2 m does not tell
+            a pass from a contact.
+        nearness: Price of a metre of that margin that is missing, at each point [s].
         haste: Price of a point at full speed without any clearance, in periods between points:
             falls to none at ``field.open_clearance``.
         turn: Time of a radian between the robot's heading and the way on [s].
@@ -49,6 +52,8 @@ class ActionPricesConfig(BaseModel):
     arc_speed: float = Field(default=0.45, gt=0)
     rates: tuple[float, ...] = (-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0)
     contact: float = Field(default=100.0, ge=0)
+    margin: float = Field(default=0.15, ge=0)
+    nearness: float = Field(default=30.0, ge=0)
     haste: float = Field(default=3.0, ge=0)
     turn: float = Field(default=1.0, ge=0)
     reversal: float = Field(default=1.5, ge=0)
@@ -66,6 +71,8 @@ class _Motion(NamedTuple):
         offset: Distance of their middles from the robot's [m].
         swing: Radius of the circle that the turning body sweeps [m].
         contact: Price of a metre of missing clearance at a point [s].
+        margin: Clearance around the body that is kept [m].
+        nearness: Price of a metre of it that is missing at a point [s].
         haste: Price of haste at a point [s].
         full_speed: Speed at which haste has its whole price [m/s].
         open_clearance: Clearance without haste [m].
@@ -80,6 +87,8 @@ class _Motion(NamedTuple):
     offset: float
     swing: float
     contact: float
+    margin: float
+    nearness: float
     haste: float
     full_speed: float
     open_clearance: float
@@ -135,7 +144,9 @@ class ActionPrices:
             radius=robot.half_radius,
             offset=robot.length / 4,
             swing=float(np.hypot(robot.length / 2, robot.width / 2)),
-            contact=settings.contact,
+            contact=settings.contact * _STEP,
+            margin=settings.margin,
+            nearness=settings.nearness * _STEP,
             haste=settings.haste * _STEP,
             full_speed=float(np.abs(self._actions[:, 0]).max()),
             open_clearance=settings.field.open_clearance,
@@ -258,8 +269,8 @@ def _drive(
             missing = motion.radius - clearance
             near = max(1.0 - clearance / motion.open_clearance, 0.0)
             cost += motion.haste * near * (speed / motion.full_speed) ** 2
-        if missing > 0.0:
-            cost += motion.contact * missing * _STEP
+        cost += motion.nearness * min(max(missing + motion.margin, 0.0), motion.margin)
+        cost += motion.contact * max(missing, 0.0)
     return x, y, yaw, cost, False
 
 

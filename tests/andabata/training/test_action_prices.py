@@ -7,7 +7,7 @@ import pytest
 
 from andabata.machine.robot import RobotModel
 from andabata.navigation.map_observation import action_table, mirrored_actions
-from andabata.training.action_prices import ActionPrices
+from andabata.training.action_prices import ActionPrices, ActionPricesConfig
 from tests.support.true_maps import map_of_blocks
 
 ROBOT, PERIOD = RobotModel(), 0.5
@@ -102,3 +102,20 @@ def test_a_price_without_a_goal_is_refused():
     teacher = ActionPrices(map_of_blocks(), ROBOT, TABLE, PERIOD)
     with pytest.raises(ValueError, match="head_for"):
         teacher.prices(np.zeros(2), 0.0, 0.0, 0.0)
+
+
+def test_room_around_the_body_is_worth_a_detour():
+    """Beside a wall that straight on would graze, an arc away from it is the cheaper one."""
+    truth = map_of_blocks([(5.0, 9.0, 10.4, 12.0)])
+    pose, goal = (4.5, 10.0, 0.0), (15.0, 10.0)
+    away = np.flatnonzero((TABLE[:, 0] > 0.5) & (TABLE[:, 1] < 0))
+
+    def detour(**settings):
+        teacher = ActionPrices(truth, ROBOT, TABLE, PERIOD, ActionPricesConfig(**settings))
+        teacher.head_for(np.array(goal))
+        found = teacher.prices(np.array(pose[:2]), pose[2], 0.6, 0.0)
+        return found[AHEAD] - found[away].min()
+
+    assert detour() > detour(margin=0.0) + 0.1
+    assert detour(nearness=0.0) == pytest.approx(detour(margin=0.0))
+    assert detour() > 0.0

@@ -75,7 +75,7 @@ plans = [load_plan(name, task=task) for task in TASKS for name in algorithms(tas
 assert len(plans) == 13, plans
 assert len([make_room(name) for name in room_names()]) == 21
 Models().to_bytes()
-shipped_policy("actor-critic")
+shipped_policy("actor-critic"), shipped_policy("imitation")
 """
     done = subprocess.run(
         [sys.executable, "-c", code],

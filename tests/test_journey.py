@@ -10,6 +10,7 @@ from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConf
 from andabata.datasets.labelled_cloud import CloudsConfig, labelled_cloud
 from andabata.evaluation.trial import run_trial
 from andabata.models import Models, shipped_forest, shipped_policy
+from andabata.navigation.map_observation import sees_map
 from andabata.tasks.episode_monitor import Outcome, TerminationConfig
 from terrain.classes import SemanticClass
 from terrain.objects import frustum
@@ -68,7 +69,7 @@ def test_the_robot_drives_round_trunks_and_arrives(make_scene):
     config = SimulatedRobotConfig()
     task = Task(Start(-6.0, 0.0, 0.0), ((6.0, 0.0),))
     outcomes = {}
-    for name in ("policy+planner", "reactive", "straight"):
+    for name in ("policy+planner", "reactive", "imitation", "straight"):
         simulated_robot = SimulatedRobot(
             scene, config, Models(), make_steering(name, scene.world, config)
         )
@@ -78,6 +79,7 @@ def test_the_robot_drives_round_trunks_and_arrives(make_scene):
         outcomes[name] = attempt
         simulated_robot.close()
     assert outcomes["straight"].outcome is Outcome.COLLISION
+    assert outcomes["imitation"].outcome is Outcome.GOAL
     for name in ("policy+planner", "reactive"):
         assert outcomes[name].outcome is Outcome.GOAL
         assert 12.0 - 1.0 - 0.5 < outcomes[name].distance < 20.0
@@ -103,5 +105,8 @@ def test_the_shipped_models_are_small_and_fit_together():
         assert len(policy.to_bytes()) < 5e6
         assert policy.observations.term("ranges").shape == (GRID.n_sectors,)
         assert policy.info["config"]["learner"]["algorithm"] == algorithm
+    imitation = shipped_policy("imitation")
+    assert len(imitation.to_bytes()) < 5e6
+    assert sees_map(imitation.observations)
     cells = np.full((32, 10), CellState.TRAVERSABLE)
     assert cells.shape == (GRID.n_sectors, GRID.n_rings)

@@ -16,24 +16,25 @@ from andabata.navigation.planning.local_planner import LocalPlanner
 from andabata.navigation.policy_controller import PolicyController
 from andabata.navigation.reactive import ReactiveController, StraightController
 from andabata.own_code import is_own, load_own
+from rl.policy import Policy
 from worlds.world import World
 
-_Make = Callable[[SimulatedRobotConfig, Models, np.random.Generator], Controller]
+_Make = Callable[[SimulatedRobotConfig, np.random.Generator], Controller]
 
 _MAKERS: dict[str, _Make] = {
-    "policy": lambda config, models, rng: PolicyController(models.policy, config.robot.speed),
-    "actor-critic": lambda config, models, rng: PolicyController(
-        shipped_policy("actor-critic"), config.robot.speed
-    ),
-    "reactive": lambda config, models, rng: ReactiveController(config.robot, config.grid),
-    "straight": lambda config, models, rng: StraightController(config.robot.speed),
-    "random": lambda config, models, rng: RandomController(config.robot, rng),
-    "away": lambda config, models, rng: AwayController(config.robot),
+    "reactive": lambda config, rng: ReactiveController(config.robot, config.grid),
+    "straight": lambda config, rng: StraightController(config.robot.speed),
+    "random": lambda config, rng: RandomController(config.robot, rng),
+    "away": lambda config, rng: AwayController(config.robot),
 }
-"""Makers of the controllers that need no true map."""
+"""Makers of the controllers that need neither the true map nor a policy."""
+
+_SHIPPED = ("actor-critic", "imitation")
+"""Controllers that drive by the shipped policy of their name, whatever the models say."""
 
 _WITH_PLANNER = {
     "policy+planner": "policy",
+    "imitation+planner": "imitation",
     "planner": "straight",
     "reactive+planner": "reactive",
     "random+planner": "random",
@@ -43,8 +44,8 @@ _WITH_PLANNER = {
 the sub-goals: what is left is the planner's."""
 
 MAPLESS_CONTROLLERS = (
-    *("policy+planner", "policy", "actor-critic", "planner", "reactive", "reactive+planner"),
-    *("straight", "random+planner", "away+planner"),
+    *("policy+planner", "policy", "imitation+planner", "imitation", "actor-critic", "planner"),
+    *("reactive", "reactive+planner", "straight", "random+planner", "away+planner"),
 )
 """Names of the controllers that need no true map."""
 
@@ -119,8 +120,8 @@ def make_steering(
         world: World of the oracle and of a prior map; None for a recording or a real robot, where
             it is not known.
         config: Robot, grid and planner.
-        models: Policy of ``policy``; None for the shipped one. ``actor-critic`` always drives with
-            the shipped policy of the paper's scheme.
+        models: Policy of ``policy``; None for the shipped one. ``actor-critic`` and ``imitation``
+            always drive with the shipped policy of their name.
         rng: Noise of ``random+planner``; None for a fixed seed.
 
     Raises:
@@ -136,11 +137,12 @@ def make_steering(
         oracle = OracleController(world, config.robot, config.local_planner, config.rollouts)
         return Steering(oracle, action_repeat=config.rollouts.action_repeat, knows_truth=True)
     inner = name.removesuffix(_PLANNER) if is_own(name) else _WITH_PLANNER.get(name, name)
+    policy = _policy(inner, models or Models())
     controller = _inner(inner, config, models or Models(), rng or np.random.default_rng(0))
     # A policy that sees the map has it from the planner, whose rollouts check it, or do nothing.
-    has_map = inner == "policy" and sees_map((models or Models()).policy.observations)
-    if has_map:
-        check_map_policy((models or Models()).policy, config.robot)
+    has_map = policy is not None and sees_map(policy.observations)
+    if policy is not None and has_map:
+        check_map_policy(policy, config.robot)
     if inner == name and not has_map:
         held = controller.repeat if isinstance(controller, PolicyController) else 1
         return Steering(controller, action_repeat=held)
@@ -158,11 +160,21 @@ def make_steering(
     return Steering(controller, planner, repeat)
 
 
+def _policy(name: str, models: Models) -> Policy | None:
+    """Return the policy of a controller without a planner around it, None where it has none."""
+    if name in _SHIPPED:
+        return shipped_policy(name)
+    return models.policy if name == "policy" else None
+
+
 def _inner(
     name: str, config: SimulatedRobotConfig, models: Models, rng: np.random.Generator
 ) -> Controller:
     """Return a controller without a planner around it."""
+    policy = _policy(name, models)
+    if policy is not None:
+        return PolicyController(policy, config.robot.speed)
     if not is_own(name):
-        return _MAKERS[name](config, models, rng)
+        return _MAKERS[name](config, rng)
     made: Controller = load_own(name, ("reset", "act"))(config, rng)
     return made

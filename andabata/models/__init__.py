@@ -32,7 +32,7 @@ def shipped_policy(name: str = "policy") -> Policy:
     """Return an actor that comes with the package, by the name of its file.
 
     Args:
-        name: ``policy``, ``actor-critic``, ``spn``, ``td3`` or ``distilled``.
+        name: ``policy``, ``imitation``, ``actor-critic``, ``spn``, ``td3`` or ``distilled``.
 
     Raises:
         ValueError: If there is none of that name.

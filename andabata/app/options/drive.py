@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 Controller = Annotated[
     str | None,
     typer.Option(
-        help="planner, policy+planner, policy, actor-critic, reactive, reactive+planner, "
-        "straight, random+planner, away+planner or oracle. The default is planner, beside "
-        "--policy policy+planner."
+        help="planner, policy+planner, policy, imitation+planner, imitation, actor-critic, "
+        "reactive, reactive+planner, straight, random+planner, away+planner or oracle. The "
+        "default is planner, beside --policy policy+planner."
     ),
 ]
 Record = Annotated[

@@ -77,7 +77,8 @@ class TrialOptions:
         typer.Option(
             metavar="NAMES",
             help="Comma-separated. Off-road some of policy, actor-critic, reactive, straight, "
-            "without a map; policy+planner, reactive+planner, planner, with the local planner; "
+            "without a map; imitation, which sees the map; policy+planner, imitation+planner, "
+            "reactive+planner, planner, with the local planner; "
             "oracle; random+planner, away+planner, null controllers. With --task barn some of "
             "arcs, dwa, dwa-goal, gap, mpc, mpc-told, mpc-movers, mpc-true-movers, distilled, "
             "distilled+shield, td3, spn, heading with the map of dwa, td3-goal, spn-goal without, "

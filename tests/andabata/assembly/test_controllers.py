@@ -37,6 +37,8 @@ CONFIG = SimulatedRobotConfig(robot=RobotModel(speed=0.4))
 KINDS = {
     "policy+planner": (PolicyController, True, 5),
     "policy": (PolicyController, False, 1),
+    "imitation+planner": (PolicyController, True, 5),
+    "imitation": (PolicyController, True, 5),
     "actor-critic": (PolicyController, False, 1),
     "planner": (StraightController, True, 5),
     "reactive": (ReactiveController, False, 1),
@@ -53,7 +55,7 @@ KINDS = {
 def test_each_name_stands_for_one_steering(make_ground, name):
     """A name with a planner has the local planner and its action repeat around the controller."""
     kind, has_planner, repeat = KINDS[name]
-    steering = make_steering(name, make_ground(), CONFIG)
+    steering = make_steering(name, make_ground(), SimulatedRobotConfig())
     assert type(steering.controller) is kind
     assert type(steering.planner) is (LocalPlanner if has_planner else NoPlanner)
     assert steering.action_repeat == repeat
@@ -66,7 +68,12 @@ def test_all_names_are_listed():
     assert len(CONTROLLERS) == len(KINDS)
 
 
-@pytest.mark.parametrize("name", [name for name in MAPLESS_CONTROLLERS if "policy" not in name])
+_AT_THE_ROBOTS_SPEED = [
+    name for name in MAPLESS_CONTROLLERS if "policy" not in name and "imitation" not in name
+]
+
+
+@pytest.mark.parametrize("name", _AT_THE_ROBOTS_SPEED)
 def test_controllers_drive_at_the_robots_speed(name):
     """The configured speed reaches the command."""
     assert make_steering(name, None, CONFIG).controller.act(situation()).linear == 0.4
@@ -83,13 +90,14 @@ def test_unknown_names_are_refused():
 
 
 def test_a_policy_controller_drives_the_models_policy():
-    """``policy`` takes the given one; ``actor-critic`` always the shipped one of that name."""
+    """``policy`` takes the given one; others always the shipped one of their name."""
     other = with_info(shipped_policy(), {"name": "another"})
     models = replace(Models(), policy=other)
     for name in ("policy", "policy+planner"):
         assert make_steering(name, None, CONFIG, models).controller._policy is other
-    actor = make_steering("actor-critic", None, CONFIG, models).controller._policy
-    assert actor is shipped_policy("actor-critic")
+    for name in ("actor-critic", "imitation", "imitation+planner"):
+        shipped = make_steering(name, None, SimulatedRobotConfig(), models).controller._policy
+        assert shipped is shipped_policy(name.removesuffix("+planner"))
 
 
 OWN = replace(Models(), policy=with_info(shipped_policy(), {"name": "another"}))
@@ -101,7 +109,7 @@ def test_the_planner_steers_where_nothing_is_named():
     assert default_controller(OWN) == "policy+planner"
 
 
-@pytest.mark.parametrize("names", [("planner", "reactive"), ("actor-critic",)])
+@pytest.mark.parametrize("names", [("planner", "reactive"), ("actor-critic",), ("imitation",)])
 def test_a_policy_that_no_controller_drives_by_is_refused(names):
     """The shipped one is there unasked."""
     refuse_unused_policy(names, Models(), "--controllers")

@@ -75,8 +75,9 @@ def test_models_survive_bytes_and_their_hashes_differ(others):
 
 
 def test_shipped_policies_differ():
-    """``actor-critic`` is the policy of the paper's scheme, not the default one."""
-    assert shipped_policy("actor-critic").to_bytes() != shipped_policy().to_bytes()
+    """Each is the policy of its own scheme."""
+    names = ("policy", "actor-critic", "imitation")
+    assert len({shipped_policy(name).to_bytes() for name in names}) == 3
 
 
 @pytest.mark.parametrize(("task", "room"), [("spn", "random-7300"), ("td3", "clutter-7300")])

@@ -14,7 +14,7 @@ def test_an_origin_knows_models_versions_and_sources():
     origin = here()
     assert origin.models["forest.npz"] == Models().hashes["forest"]
     assert origin.models["ground_classifier.npz"] == Models().hashes["ground_classifier"]
-    assert len(origin.models) == 7
+    assert len(origin.models) == 8
     assert origin.versions["python"] == platform.python_version()
     assert len(origin.sources) == 64
     origin.check(origin)

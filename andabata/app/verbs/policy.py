@@ -120,7 +120,7 @@ def imitate(
     Examples:
         andabata policy imitate --out data/runs/imitated
         andabata policy imitate --set drives=[20,20] --set teacher_shares=[1,0.3]
-        andabata policy imitate --labels data/runs/imitated --out data/runs/wide --set hidden=[256]
+        andabata policy imitate --labels runs/a --set hidden=[256] --out runs/b
     """
     from andabata.runs import atomic_io
     from andabata.training import imitation

@@ -123,12 +123,14 @@ def imitate(
         andabata policy imitate --labels runs/a --set hidden=[256] --out runs/b
     """
     from andabata.runs import atomic_io
+    from andabata.runs.folder import make_folder
     from andabata.training import imitation
 
     console = output.console()
     if labels is not None:
         base = imitation.labelled_config(labels)
         config = settings.resolve(imitation.ImitationConfig, base)
+        make_folder(out)
         policy, fitted = imitation.fit_again(config, seed, labels)
         rounds = [fitted]
     else:

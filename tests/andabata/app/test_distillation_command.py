@@ -43,6 +43,12 @@ def test_an_imitation_writes_its_policy_which_drives(capsys, tmp_path):
         assert drawn["shown"]
         assert 0.0 <= drawn["above_3_s"] <= drawn["above_1_s"] <= 1.0
         assert picture.read_bytes().startswith(b"\x89PNG")
+    again = ["policy", "imitate", "--labels", str(out), "--out", str(tmp_path / "far"), "--json"]
+    again += ["--set", 'reads=["map_far","goal"]']
+    assert main(again) == 0
+    fitted = json.loads(capsys.readouterr().out)
+    assert load_policy(tmp_path / "far/policy.safetensors").terms == ("map_far", "goal")
+    assert fitted["rounds"][0]["labels"] == data["rounds"][0]["labels"]
     drive = ["drive", "--world", "natural-test", "--seed", "7300", "--controller", "policy"]
     drive += ["--policy", data["policy"], "--set", "plant=kinematic", "--time-limit", "6"]
     assert main([*drive, "--out", str(tmp_path / "drive"), "--quiet", "--json"]) == 0

@@ -30,10 +30,12 @@ def policy_text(data: Data) -> str:
     )
     bounds = zip(actions["names"], actions["low"], actions["high"], actions["units"], strict=True)
     outputs = ", ".join(f"{name} [{low:g}, {high:g}] {unit}" for name, low, high, unit in bounds)
+    # A policy that was imitated or distilled has no stages.
+    stage = f" to stage {info['stage']}" if "stage" in info else ""
     return (
         f"{data['architecture']} with {data['parameters']} parameters\n"
         f"observations: {inputs}\nactions: {outputs}\n"
-        f"trained to stage {info.get('stage')} with seed {info.get('seed')} at commit "
+        f"trained{stage} with seed {info.get('seed')} at commit "
         f"{info.get('commit')}; --json has every setting"
     )
 

@@ -77,11 +77,11 @@ def sees_map(observations: ObservationSpec) -> bool:
 
 
 def check_map_policy(policy: Policy, robot: RobotModel) -> None:
-    """Refuse a policy whose crops, numbers or actions are not those of a robot.
+    """Refuse a policy whose crops, numbers, actions or body are not those of a robot.
 
     Args:
         policy: Policy that sees the map.
-        robot: Limits of speed and steering.
+        robot: Body, and limits of speed and steering.
 
     Raises:
         ValueError: If they differ; it names the first that does.
@@ -96,6 +96,16 @@ def check_map_policy(policy: Policy, robot: RobotModel) -> None:
         _refuse("observations", f"{', '.join(known)}", f"none of {', '.join(missing)}")
     if policy.actions != map_actions(robot):
         _refuse("actions", map_actions(robot), policy.actions)
+    taught, body = _taught_body(policy), (robot.length, robot.width)
+    if taught not in (None, body):
+        _refuse("body, length and width", f"{body[0]:g} by {body[1]:g} m", f"{taught} m")
+
+
+def _taught_body(policy: Policy) -> tuple[float, float] | None:
+    """Return length and width of the robot that a policy learnt on [m], None if it does not say."""
+    config: Any = policy.info.get("config", {})
+    robot = config.get("driving", {}).get("simulated_robot", {}).get("robot")
+    return None if robot is None else (robot["length"], robot["width"])
 
 
 def _refuse(name: str, expected: object, got: object) -> NoReturn:

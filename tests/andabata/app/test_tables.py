@@ -264,6 +264,8 @@ def test_a_policy_shows_its_border():
         "actions: angular [-0.5, 0.5] rad/s",
         "trained to stage Natural with seed 3 at commit abc; --json has every setting",
     ]
+    imitated = policy_text(data | {"info": {"seed": 3, "commit": "abc"}})
+    assert imitated.endswith("\ntrained with seed 3 at commit abc; --json has every setting")
 
 
 def test_a_room_has_a_table_for_each_policy(capsys):

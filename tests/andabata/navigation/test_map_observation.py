@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from andabata.machine.pose import Pose
+from andabata.machine.robot import RobotModel
+from andabata.models import shipped_policy
 from andabata.navigation.map_observation import (
     action_shares,
     action_table,
@@ -136,6 +138,15 @@ def test_a_policy_of_this_robot_is_accepted():
     """With the planner's sub-goal among its numbers, and without it."""
     check_map_policy(policy_of(), ROBOT)
     check_map_policy(policy_of(map_observations(ROBOT, has_subgoal=False)), ROBOT)
+
+
+def test_a_policy_that_learnt_in_another_body_is_refused():
+    """The shipped one is of the paper's robot; a policy that does not say is taken."""
+    check_map_policy(shipped_policy("imitation"), RobotModel())
+    long = RobotModel().model_copy(update={"length": 0.99})
+    with pytest.raises(ValueError, match=r"expected body, length and width"):
+        check_map_policy(shipped_policy("imitation"), long)
+    check_map_policy(policy_of(), ROBOT.model_copy(update={"length": 0.99}))
 
 
 def test_a_policy_of_another_robot_is_refused_by_what_differs():

@@ -138,7 +138,7 @@ def make_steering(
         return Steering(oracle, action_repeat=config.rollouts.action_repeat, knows_truth=True)
     inner = name.removesuffix(_PLANNER) if is_own(name) else _WITH_PLANNER.get(name, name)
     policy = _policy(inner, models or Models())
-    controller = _inner(inner, config, models or Models(), rng or np.random.default_rng(0))
+    controller = _inner(inner, config, policy, rng or np.random.default_rng(0))
     # A policy that sees the map has it from the planner, whose rollouts check it, or do nothing.
     has_map = policy is not None and sees_map(policy.observations)
     if policy is not None and has_map:
@@ -168,10 +168,9 @@ def _policy(name: str, models: Models) -> Policy | None:
 
 
 def _inner(
-    name: str, config: SimulatedRobotConfig, models: Models, rng: np.random.Generator
+    name: str, config: SimulatedRobotConfig, policy: Policy | None, rng: np.random.Generator
 ) -> Controller:
     """Return a controller without a planner around it."""
-    policy = _policy(name, models)
     if policy is not None:
         return PolicyController(policy, config.robot.speed)
     if not is_own(name):

@@ -109,7 +109,7 @@ class Driven:
                     "min_clearance_m": attempt.detail.min_clearance,
                     "arrival_error_m": attempt.detail.arrival_error,
                     "position_error_m": attempt.detail.position_error,
-                    "overruled_share": attempt.detail.overruled,
+                    "overridden_share": attempt.detail.overridden,
                     **strict_row(attempt),
                     **walker_row(attempt),
                 }

@@ -371,7 +371,7 @@ def attempt_row(attempt: OffroadAttempt) -> Entry:
         "min_clearance_m": measures.min_clearance,
         "arrival_error_m": measures.arrival_error,
         "position_error_m": measures.position_error,
-        "overruled_share": measures.overruled,
+        "overridden_share": measures.overridden,
         **strict_row(attempt),
         **walker_row(attempt),
         **({} if measures.response is None else {"fault_response": measures.response.as_dict()}),
@@ -405,7 +405,7 @@ def attempt_of(row: Mapping[str, Any]) -> OffroadAttempt:
         arrival_error=row.get("arrival_error_m"),
         position_error=row.get("position_error_m"),
         strict=_strict_of(row),
-        overruled=row.get("overruled_share"),
+        overridden=row.get("overridden_share"),
         response=FaultResponse.of(row.get("fault_response")),
         walker=row.get("walker", ""),
     )

@@ -134,6 +134,6 @@ _MEASURES: Sequence[Column] = (
     average("min_clearance_m", lambda attempt: attempt.detail.min_clearance),
     average("arrival_error_m", lambda attempt: attempt.detail.arrival_error),
     average("position_error_m", lambda attempt: attempt.detail.position_error),
-    average("overruled_share", lambda attempt: attempt.detail.overruled),
+    average("overridden_share", lambda attempt: attempt.detail.overridden),
     average("mean_time_s", lambda attempt: attempt.time),
 )

@@ -54,7 +54,7 @@ class OffroadMeasures:
         position_error: Error of the estimated position at the end [m]; None in records of earlier
             versions.
         strict: Measures of the strict verdict; None in records of earlier versions.
-        overruled: Share of the controller's decisions that the planner turned elsewhere; None
+        overridden: Share of the controller's decisions that the planner turned elsewhere; None
             without a decision, and in records of earlier versions.
         walker: Kind of the walker that was touched at the end, see ``touched_kind``; else empty.
         response: Response of the robot to faults over the whole trial, with the last goal that was
@@ -75,7 +75,7 @@ class OffroadMeasures:
     arrival_error: float | None = None
     position_error: float | None = None
     strict: StrictMeasures | None = None
-    overruled: float | None = None
+    overridden: float | None = None
     response: FaultResponse | None = None
     walker: str = ""
 
@@ -107,22 +107,22 @@ def strict_row(attempt: OffroadAttempt) -> dict[str, Any]:
 
 
 class _Decisions:
-    """Counts the decisions of a controller on the way to a goal, and those that were overruled."""
+    """Counts the decisions of a controller on the way to a goal, and those that were overridden."""
 
     def __init__(self) -> None:
         """Begin at none."""
-        self._count = self._overruled = 0
+        self._count = self._overridden = 0
 
     def __call__(self, step: StepResult) -> None:
         """Watch a control step."""
-        if step.is_overruled is not None:
+        if step.is_overridden is not None:
             self._count += 1
-            self._overruled += step.is_overruled
+            self._overridden += step.is_overridden
 
     @property
-    def overruled(self) -> float | None:
-        """Share of them that were overruled, None without any."""
-        return self._overruled / self._count if self._count else None
+    def overridden(self) -> float | None:
+        """Share of them that were overridden, None without any."""
+        return self._overridden / self._count if self._count else None
 
 
 class Operator(Protocol):
@@ -286,7 +286,7 @@ def _attempt(
         arrival_error=monitor.arrival_error,
         position_error=position_error,
         strict=monitor.strict,
-        overruled=decisions.overruled,
+        overridden=decisions.overridden,
         walker="" if outcome is Outcome.GOAL else touched_kind(world, end, walkers, contact),
     )
     return Attempt(

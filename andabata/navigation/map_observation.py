@@ -97,8 +97,9 @@ def check_map_policy(policy: Policy, robot: RobotModel) -> None:
     if policy.actions != map_actions(robot):
         _refuse("actions", map_actions(robot), policy.actions)
     taught, body = _taught_body(policy), (robot.length, robot.width)
-    if taught not in (None, body):
-        _refuse("body, length and width", f"{body[0]:g} by {body[1]:g} m", f"{taught} m")
+    if taught is not None and taught != body:
+        texts = [f"{length:g} by {width:g} m" for length, width in (body, taught)]
+        _refuse("body, length and width", *texts)
 
 
 def _taught_body(policy: Policy) -> tuple[float, float] | None:

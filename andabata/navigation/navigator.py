@@ -41,7 +41,7 @@ class StepResult(NamedTuple):
         twist: Twist that is driven, after limits and dead zone.
         wheels: Wheel speeds of it.
         has_arrived: True if the robot has declared this goal reached.
-        is_overruled: True if the planner has turned the controller's command elsewhere; None where
+        is_overridden: True if the planner has turned the controller's command elsewhere; None where
             no decision was due.
     """
 
@@ -52,7 +52,7 @@ class StepResult(NamedTuple):
     twist: Twist
     wheels: WheelSpeeds
     has_arrived: bool = False
-    is_overruled: bool | None = None
+    is_overridden: bool | None = None
 
 
 Observer = Callable[[StepResult], None]
@@ -199,19 +199,19 @@ class Navigator:
         is_due = self._repeats_left == 0 and not has_arrived
         # How far is it free: cloud to polar cells, classifier, virtual scan.
         scan = self._scan(readings.stamp) if is_due or self.observers else None
-        situation = is_overruled = None
+        situation = is_overridden = None
         if is_due and scan is not None:
             # Where to head for: a sub-goal on the shortest path over the occupancy grid.
             situation = self._situation(readings, scan)
             # How to steer: the policy; rollouts replace a command that leads into an obstacle.
             command = controller.act(situation)
             self._command = self._planner.select(situation, command)
-            is_overruled = not _leads_alike(self._command, command)
+            is_overridden = not _leads_alike(self._command, command)
             self._repeats_left = self._action_repeat
         # What the wheels do: limits, dead zone, inverse kinematics.
         twist, wheels = self._next_twist()
         result = StepResult(
-            *(readings, scan, situation, self._goal, twist, wheels, has_arrived, is_overruled)
+            *(readings, scan, situation, self._goal, twist, wheels, has_arrived, is_overridden)
         )
         for observer in (*self.observers, *self.spectators):
             observer(result)

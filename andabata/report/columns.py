@@ -86,7 +86,7 @@ COLUMNS: Mapping[str, Column] = {
     "spl": Column("SPL"),
     "trespass_m": Column("on forbidden ground", "m", ".1f"),
     "trespass_share": Column("way on forbidden ground", *_SHARE),
-    "overruled_share": Column("decisions overruled", *_SHARE),
+    "overridden_share": Column("decisions overridden", *_SHARE),
     "distance_m": Column("driven", "m", ".1f"),
     "shortest_m": Column("shortest safe way", "m", ".1f"),
     "steering_variation": Column("restlessness of steering", "rad²/s"),

@@ -175,13 +175,13 @@ def labelled_config(folder: Path) -> ImitationConfig:
     Raises:
         ValueError: If it holds no finished round.
     """
-    last = folder / "round-0.safetensors"
-    if not last.exists():
+    first = folder / "round-0.safetensors"
+    if not first.exists():
         raise ValueError(no_rounds(folder))
-    return ImitationConfig.model_validate(load_policy(last).info["config"])
+    return ImitationConfig.model_validate(load_policy(first).info["config"])
 
 
-def fit_again(config: ImitationConfig, seed: int, folder: Path) -> tuple[Policy, ImitationRound]:
+def refit(config: ImitationConfig, seed: int, folder: Path) -> tuple[Policy, ImitationRound]:
     """Return a policy that is fitted from fresh weights to labels which are there already.
 
     Args:

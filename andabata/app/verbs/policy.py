@@ -131,7 +131,7 @@ def imitate(
         base = imitation.labelled_config(labels)
         config = settings.resolve(imitation.ImitationConfig, base)
         make_folder(out)
-        policy, fitted = imitation.fit_again(config, seed, labels)
+        policy, fitted = imitation.refit(config, seed, labels)
         rounds = [fitted]
     else:
         config = settings.resolve(imitation.ImitationConfig)

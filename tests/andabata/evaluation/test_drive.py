@@ -141,7 +141,7 @@ def test_a_drive_succeeds_with_its_last_goal(make_ground, outcomes, success):
         "min_clearance_m": 0.75,
         "arrival_error_m": 0.5,
         "position_error_m": 0.25,
-        "overruled_share": None,
+        "overridden_share": None,
         "strict": outcomes[0] is Outcome.GOAL,
         "strict_failure": "",
         "outline_forbidden_s": 0.1,

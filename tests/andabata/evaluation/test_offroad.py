@@ -220,7 +220,7 @@ def test_attempts_go_through_their_rows():
     """What is read has the SPL of what was driven, to the bit, and its contact."""
     (attempt,) = drive_trial(small(goals=1), Models(), 0)
     attempt = replace(attempt, outcome=Outcome.COLLISION, contact=Contact.HIT)
-    attempt = replace(attempt, detail=replace(attempt.detail, walker="animal", overruled=0.125))
+    attempt = replace(attempt, detail=replace(attempt.detail, walker="animal", overridden=0.125))
     again = attempt_of(json.loads(json.dumps(attempt_row(attempt))))
     assert again.path.shape == (0, 3)
     assert np.isnan(again.shortest)
@@ -229,10 +229,10 @@ def test_attempts_go_through_their_rows():
     old = {name: value for name, value in row.items() if name not in ("contact", "goal_xy")}
     assert attempt_of(old).contact is Contact.NONE
     new = ("arrival_error_m", "position_error_m", "strict", "strict_failure")
-    new += ("outline_forbidden_s", "solid_distance_m", "overruled_share")
+    new += ("outline_forbidden_s", "solid_distance_m", "overridden_share")
     detail = attempt_of({name: value for name, value in old.items() if name not in new}).detail
     assert (detail.arrival_error, detail.position_error, detail.strict) == (None, None, None)
-    assert detail.overruled is None
+    assert detail.overridden is None
 
 
 def test_a_shortest_path_gives_its_spl_to_the_bit():

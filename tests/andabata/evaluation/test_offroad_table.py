@@ -111,14 +111,14 @@ def test_false_arrivals_and_robots_that_left_have_columns():
     """They are counted by outcome; errors are means over the attempts that have them."""
     rows = [
         attempt(0, 1, "false arrival", arrival_error_m=3.0, position_error_m=2.5),
-        attempt(1, 1, "left world", position_error_m=0.5, overruled_share=0.1),
+        attempt(1, 1, "left world", position_error_m=0.5, overridden_share=0.1),
         attempt(2, 1, "goal", arrival_error_m=1.0, position_error_m=0.3),
     ]
     row = summarise(rows, CONTROLLERS)[0]
     assert (row["false_arrivals"], row["left_world"], row["successes"]) == (1, 1, 1)
     assert row["arrival_error_m"] == pytest.approx(2.0)
     assert row["position_error_m"] == pytest.approx(1.1)
-    assert row["overruled_share"] == pytest.approx(0.1)
+    assert row["overridden_share"] == pytest.approx(0.1)
 
 
 def test_what_counts_as_success_is_said_in_words():

@@ -164,27 +164,27 @@ def test_measures_are_those_of_the_drive(make_ground):
     assert attempts[1].shortest == pytest.approx(length - 1.0, abs=0.1)
 
 
-class OverruledPuppet(Puppet):
-    """A robot that decides in every second step, and is overruled on the way to its first goal."""
+class OverriddenPuppet(Puppet):
+    """A robot that decides in every second step, and is overridden on the way to its first goal."""
 
     def step(self, readings):
         readings = super().step(readings)
         twist, wheels = Twist(0.3, 0.0), WheelSpeeds(0.0, 0.0)
-        overruled = None if self.steps % 2 else len(self.goals) == 1
+        overridden = None if self.steps % 2 else len(self.goals) == 1
         for watch in self.navigator.spectators:
-            watch(StepResult(readings, None, None, np.zeros(2), twist, wheels, False, overruled))
+            watch(StepResult(readings, None, None, np.zeros(2), twist, wheels, False, overridden))
         return readings
 
 
-def test_decisions_that_were_overruled_are_counted_by_goal(make_ground):
+def test_decisions_that_were_overridden_are_counted_by_goal(make_ground):
     """As a share of those on the way to it; None of a robot that decided nothing."""
     task = Task(TASK.start, GOALS[:2])
-    robot = OverruledPuppet(make_ground())
+    robot = OverriddenPuppet(make_ground())
     attempts = run_trial(robot, task, RULES, np.random.default_rng(0))
-    assert [attempt.detail.overruled for attempt in attempts] == [1.0, 0.0]
+    assert [attempt.detail.overridden for attempt in attempts] == [1.0, 0.0]
     assert robot.navigator.spectators == []
     idle = run_trial(Puppet(make_ground()), task, RULES, np.random.default_rng(0))
-    assert [attempt.detail.overruled for attempt in idle] == [None, None]
+    assert [attempt.detail.overridden for attempt in idle] == [None, None]
 
 
 def test_each_drive_has_its_own_time_limit(make_ground):

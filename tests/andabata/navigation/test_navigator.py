@@ -205,7 +205,7 @@ def test_the_planner_guides_the_controller_and_checks_its_command():
 
 
 @pytest.mark.parametrize(
-    ("selected", "is_overruled"),
+    ("selected", "is_overridden"),
     [
         (Twist(0.6, 0.4), False),
         (Twist(0.0, 0.4), True),
@@ -213,13 +213,13 @@ def test_the_planner_guides_the_controller_and_checks_its_command():
         (Twist(0.3, 0.3), True),
     ],
 )
-def test_a_command_that_is_turned_elsewhere_is_overruled(selected, is_overruled):
+def test_a_command_that_is_turned_elsewhere_is_overridden(selected, is_overridden):
     """Another speed alone is not; between two decisions there is nothing to say."""
     planner = StubPlanner()
     planner.select = lambda situation, command: selected
     navigator, *_ = make(Twist(0.3, 0.4), planner=planner, repeat=2)
     first, second = steps(navigator, 2)
-    assert (first.is_overruled, second.is_overruled) == (is_overruled, None)
+    assert (first.is_overridden, second.is_overridden) == (is_overridden, None)
 
 
 @pytest.mark.parametrize("linear", [0.3, 0.6, -0.3, 0.1])

@@ -7,9 +7,9 @@ from andabata.training.imitation import (
     ImitationConfig,
     beyond_best,
     fit,
-    fit_again,
     imitate,
     labelled_config,
+    refit,
 )
 from andabata.training.map_labels import MapLabels
 from rl.policies.crop_prices import CropPricesPolicy
@@ -121,11 +121,11 @@ def test_a_student_is_fitted_again_to_labels_that_are_there(tmp_path):
     kept_rounds(tmp_path, config, (30, 20))
     assert labelled_config(tmp_path) == config
     wide = config.model_copy(update={"hidden": (12,)})
-    policy, result = fit_again(wide, 1, tmp_path)
+    policy, result = refit(wide, 1, tmp_path)
     assert (result.labels, result.goals, result.reached) == (50, 4, 0.25)
     assert policy.tensors()["layer0.bias"].shape == (12,)
     first = config.model_copy(update={"drives": (2,), "teacher_shares": (1.0,)})
-    assert fit_again(first, 1, tmp_path)[1].labels == 30
+    assert refit(first, 1, tmp_path)[1].labels == 30
 
 
 def test_labels_that_are_not_there_are_refused(tmp_path):
@@ -136,7 +136,7 @@ def test_labels_that_are_not_there_are_refused(tmp_path):
     kept_rounds(tmp_path, config, (10,))
     more = config.model_copy(update={"drives": (2, 2), "teacher_shares": (1.0, 0.5)})
     with pytest.raises(ValueError, match="expected 2 finished rounds"):
-        fit_again(more, 0, tmp_path)
+        refit(more, 0, tmp_path)
     other = config.model_copy(update={"driving": DRIVING.model_copy(update={"goals": 3})})
     with pytest.raises(ValueError, match="leave `driving` as it is"):
-        fit_again(other, 0, tmp_path)
+        refit(other, 0, tmp_path)

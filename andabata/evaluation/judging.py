@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from andabata.configuration.usage import UsageError
+from andabata.tasks.terminations import TerminationConfig
 from worlds.splits import JUDGING_TRIALS, judging_world, refuse_judging
 
 
@@ -44,8 +45,18 @@ JUDGED_REALITY = "field"
 """Level of reality off-road at which the controllers of ``JUDGED_BESIDE`` stand beside; at another
 one a table has the same worlds, and those controllers alone that are asked for."""
 
+JUDGED_PLANTS = ("bullet", "mujoco")
+"""Plants that judge off-road: in the first the controllers of ``JUDGED_BESIDE`` stand beside; in
+the other a table has the same worlds, and those controllers alone that are asked for."""
+
 JUDGED_FORM: Mapping[str, object] = MappingProxyType(
-    {"suite": None, "world_seed": None, "perturb": {}, "faults": ()}
+    {
+        "suite": None,
+        "world_seed": None,
+        "perturb": {},
+        "faults": (),
+        "terminations": TerminationConfig(),
+    }
 )
 """Settings of a judging table off-road, beside its world and its goals."""
 
@@ -98,22 +109,26 @@ def with_those(asked: Sequence[str], beside: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*asked, *beside)))
 
 
-def judged_table(world: str, reality: str) -> str:
+def judged_table(world: str, reality: str, plant: str) -> str:
     """Return the name of a judging table off-road in the ledger.
 
     Args:
         world: World preset.
         reality: Level of reality.
+        plant: Name of the plant.
     """
-    others = [
-        name for name, usual in ((world, JUDGED_WORLD), (reality, JUDGED_REALITY)) if name != usual
-    ]
-    return ", ".join(["evaluate off-road", *others])
+    usual = ((world, JUDGED_WORLD), (reality, JUDGED_REALITY), (plant, JUDGED_PLANTS[0]))
+    return ", ".join(["evaluate off-road", *(name for name, other in usual if name != other)])
 
 
-def beside(reality: str) -> tuple[str, ...]:
-    """Return the controllers that have to stand in a judging table at a level of reality."""
-    return JUDGED_BESIDE if reality == JUDGED_REALITY else ()
+def beside(reality: str, plant: str) -> tuple[str, ...]:
+    """Return the controllers that have to stand in a judging table.
+
+    Args:
+        reality: Level of reality.
+        plant: Name of the plant.
+    """
+    return JUDGED_BESIDE if (reality, plant) == (JUDGED_REALITY, JUDGED_PLANTS[0]) else ()
 
 
 def refuse_other_form(release: str, given: Mapping[str, Any]) -> None:
@@ -122,11 +137,11 @@ def refuse_other_form(release: str, given: Mapping[str, Any]) -> None:
     Args:
         release: Release that is judged.
         given: Settings of the run by the names in ``JUDGED_FORM``, ``world``, ``goals``,
-            ``reality``, ``trials`` and ``controllers``.
+            ``reality``, ``plant``, ``trials`` and ``controllers``.
 
     Raises:
-        ValueError: If one of them differs, the world judges no release, there are too few or too
-            many trials, or a controller is missing.
+        ValueError: If one of them differs, world or plant judge no release, there are too few or
+            too many trials, or a controller is missing.
     """
     world = given["world"]
     if world not in JUDGED_WORLDS:
@@ -134,13 +149,23 @@ def refuse_other_form(release: str, given: Mapping[str, Any]) -> None:
             f"world: expected {', '.join(JUDGED_WORLDS)} in a table that judges release {release}, "
             f"got {world}; name one of them, or develop without --release"
         )
+    if given["plant"] not in JUDGED_PLANTS:
+        raise ValueError(
+            f"simulated_robot.plant: expected {' or '.join(JUDGED_PLANTS)} in a table that judges "
+            f"release {release}, got {given['plant']}; name one of them, or develop without "
+            "--release"
+        )
     for name, value in {**JUDGED_FORM, "goals": JUDGED_WORLDS[world].goals}.items():
         if given[name] != value:
             raise ValueError(
                 f"{name}: expected {value} in a table that judges release {release}, got "
                 f"{given[name]}; leave it out, or develop without --release"
             )
-    missing = [name for name in beside(given["reality"]) if name not in given["controllers"]]
+    missing = [
+        name
+        for name in beside(given["reality"], given["plant"])
+        if name not in given["controllers"]
+    ]
     if missing:
         raise ValueError(
             f"controllers: expected {', '.join(JUDGED_BESIDE)} in a table that judges release "

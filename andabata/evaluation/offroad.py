@@ -108,8 +108,9 @@ class EvaluationConfig(BaseModel):
         if self.release is not None:
             names = ("world", "goals", "trials", "controllers", *JUDGED_FORM)
             given = {name: getattr(self, name) for name in names}
-            level = self.simulated_robot.reality.name
-            refuse_other_form(self.release, given | {"reality": level})
+            robot = self.simulated_robot
+            given |= {"reality": robot.reality.name, "plant": robot.plant}
+            refuse_other_form(self.release, given)
         return self
 
     @property

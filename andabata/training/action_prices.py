@@ -1,8 +1,10 @@
 """Prices in seconds of all first actions, on the true map: a teacher of whoever sees the map.
 
-Each action is held for a decision's period; the best of some arcs in a row follows, and the rest of
-the way costs what the time field says there. So one state gives as many labels as there are
-actions, and what the map of the robot cannot show is weighed by the mean over what it may hide.
+Each action is priced as held for longer than a decision's period, so that actions differ by more
+than a student can confuse, and whoever takes the cheapest does not turn to and fro. The best of
+some arcs in a row follows, and the rest of the way costs what the time field says there. So one
+state gives as many labels as there are actions, and what the map of the robot cannot show is
+weighed by the mean over what it may hide.
 """
 
 from typing import NamedTuple
@@ -31,6 +33,7 @@ class ActionPricesConfig(BaseModel):
 
     Attributes:
         field: Settings of the times of the rest of the way.
+        hold: Time for which a first action is priced as held [s].
         arc_time: Duration of each of the two arcs that may follow an action [s].
         arc_speed: Speed of these arcs [m/s].
         rates: Yaw rates of these arcs, as shares of the steering limit.
@@ -48,6 +51,7 @@ class ActionPricesConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     field: TimeFieldConfig = Field(default_factory=TimeFieldConfig)
+    hold: float = Field(default=1.6, gt=0)
     arc_time: float = Field(default=1.2, gt=0)
     arc_speed: float = Field(default=0.45, gt=0)
     rates: tuple[float, ...] = (-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0)
@@ -57,7 +61,7 @@ class ActionPricesConfig(BaseModel):
     haste: float = Field(default=3.0, ge=0)
     turn: float = Field(default=1.0, ge=0)
     reversal: float = Field(default=1.5, ge=0)
-    arrival: float = Field(default=0.6, gt=0)
+    arrival: float = Field(default=0.3, gt=0)
 
 
 class _Motion(NamedTuple):
@@ -113,14 +117,17 @@ class _Ground(NamedTuple):
 
 
 class ActionPrices:
-    """Prices of actions in one world."""
+    """Prices of actions in one world.
+
+    Attributes:
+        truth: True map.
+    """
 
     def __init__(
         self,
         truth: TraversabilityMap,
         robot: RobotModel,
         actions: NDArray[np.float64],
-        period: float,
         config: ActionPricesConfig | None = None,
     ) -> None:
         """Prepare for a world.
@@ -129,16 +136,15 @@ class ActionPrices:
             truth: True map.
             robot: Body and steering limit.
             actions: Speed [m/s] and yaw rate [rad/s] of each action, shape (k, 2).
-            period: Time for which an action is held [s].
             config: Settings.
         """
         self._config = config or ActionPricesConfig()
-        self._truth = truth
+        self.truth = truth
         self._actions = np.array(actions, dtype=np.float64)
         settings = self._config
         self._rates = np.array(settings.rates) * robot.max_steering
         self._motion = _Motion(
-            points=max(round(period / _STEP), 1),
+            points=max(round(settings.hold / _STEP), 1),
             arc_points=round(settings.arc_time / _STEP),
             arc_speed=settings.arc_speed,
             radius=robot.half_radius,
@@ -158,7 +164,7 @@ class ActionPrices:
     def head_for(self, goal: NDArray[np.float64]) -> None:
         """Take a goal in the map [m], shape (2,); the same goal again costs nothing."""
         if self._ground is None or not np.array_equal(self._ground.goal, goal):
-            there, truth = np.array(goal, dtype=np.float64), self._truth
+            there, truth = np.array(goal, dtype=np.float64), self.truth
             field = time_field(truth, there, self._config.field)
             self._ground = _Ground(truth.clearance, truth.cell, field, there)
 

@@ -4,6 +4,7 @@ A drive is steered by turns of the teacher and of a student that sees the robot'
 decision is labelled, whoever makes it.
 """
 
+import math
 from functools import partial
 from typing import NamedTuple
 
@@ -14,12 +15,14 @@ from pydantic import BaseModel, ConfigDict, Field
 from andabata.assembly.simulated_robot import SimulatedRobot, SimulatedRobotConfig
 from andabata.machine.clock import CONTROL_PERIOD
 from andabata.machine.kinematics import Twist
+from andabata.machine.pose import Pose
 from andabata.machine.reality import level
 from andabata.machine.sensor_readings import SensorReadings
 from andabata.models import Models
 from andabata.navigation.controller import ControllerInput, Steering
 from andabata.navigation.map_observation import (
     action_table,
+    goal_in_robot,
     map_observations,
 )
 from andabata.navigation.planning.local_planner import LocalPlanner
@@ -36,6 +39,12 @@ DECISION_STEPS = 5
 
 DECISION_TIME = DECISION_STEPS * CONTROL_PERIOD
 """Time between two decisions [s]."""
+
+_BELIEVED_WITHIN = 10.0
+"""Distance from the goal within which the teacher heads for where the robot believes it [m]."""
+
+_MOVED = 0.2
+"""Distance by which it has to have moved for the teacher to head for it anew [m]."""
 
 
 def student_robot() -> SimulatedRobotConfig:
@@ -136,6 +145,7 @@ class LabelledController:
         self._spec = config.observations
         self._table = action_table(config.simulated_robot.robot)
         self._is_teacher = True
+        self._goal = self._heads_for = np.full(2, np.inf)
         self.observations: list[NDArray[np.float16]] = []
         self.prices: list[NDArray[np.float32]] = []
 
@@ -154,7 +164,7 @@ class LabelledController:
         if situation.truth is None:
             raise ValueError("truth: expected the true state (simulation only), got none")
         truth = situation.truth
-        self._teacher.head_for(situation.goal)
+        self._teacher.head_for(self._teachers_goal(situation, truth.pose))
         speed, rate = situation.previous_speed, situation.previous_steering[0]
         prices = self._teacher.prices(truth.pose.position[:2], truth.pose.yaw, speed, rate)
         self.observations.append(observation_of(self._spec, situation).astype(np.float16))
@@ -167,6 +177,25 @@ class LabelledController:
         if self._student is not None and not self._is_teacher:
             return self._student.act(situation)
         return Twist(*self._table[int(np.argmin(prices))].tolist())
+
+    def _teachers_goal(self, situation: ControllerInput, pose: Pose) -> NDArray[np.float64]:
+        """Return where the teacher heads for in the map [m], shape (2,).
+
+        Near the goal that is where the robot believes it, since the robot stops by its own
+        estimate; the goal itself where that place is forbidden.
+        """
+        ahead, aside = goal_in_robot(situation).tolist()
+        is_far = math.hypot(ahead, aside) > _BELIEVED_WITHIN
+        if is_far or not np.array_equal(situation.goal, self._goal):
+            self._goal = self._heads_for = situation.goal
+        if is_far:
+            return self._heads_for
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        believed = pose.position[:2] + np.array([c * ahead - s * aside, s * ahead + c * aside])
+        has_moved = np.hypot(*(believed - self._heads_for)) > _MOVED
+        if has_moved and self._teacher.truth.at(*believed.tolist())[1] > 0.0:
+            self._heads_for = believed
+        return self._heads_for
 
     def labels(self) -> MapLabels:
         """Return all labels so far."""
@@ -206,7 +235,6 @@ def drive_and_label(
         scene.world.truth,
         robot.robot,
         action_table(robot.robot),
-        DECISION_TIME,
         config.teacher,
     )
     policy = None

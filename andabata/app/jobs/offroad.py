@@ -80,7 +80,8 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
     about = {"task": OFFROAD, "reality": reality}
     known = config.scenarios
     seeds = f"{config.world} {known[0].seed} to {known[-1].seed}"
-    table = judged_table(config.world, reality)
+    plant = config.simulated_robot.plant
+    table = judged_table(config.world, reality, plant)
     judging = judged(options, table, seeds, request.has_folder)
     return Evaluation(
         "evaluate",
@@ -90,5 +91,5 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
         tabulate,
         about,
         judging=judging,
-        plant=config.simulated_robot.plant,
+        plant=plant,
     )

@@ -198,7 +198,7 @@ class OffroadEvaluationOptions:
                     f"{self.world}; name one of them, or develop without --release"
                 )
             goals = JUDGED_WORLDS[self.world].goals
-            controllers = with_those(controllers, beside(robot.reality.name))
+            controllers = with_those(controllers, beside(robot.reality.name, robot.plant))
             trials = judged_trials(release, driven.trials, "--trials", self.world)
         return EvaluationConfig(
             suite=self.suite,

@@ -21,6 +21,7 @@ from andabata.evaluation.offroad import EvaluationConfig
 from andabata.evaluation.rooms import RoomEvaluationConfig, judged_task
 from andabata.machine.planar.vehicle import PLANAR_VEHICLES
 from andabata.machine.reality import LEVELS
+from andabata.tasks.terminations import TerminationConfig
 from worlds.splits import EVALUATIONS, judged_release, split_of
 
 SEED = judging_seed("0.2.0")
@@ -83,7 +84,7 @@ def test_worlds_of_each_kind_judge_on_seeds_of_their_own():
         known = EvaluationConfig(**(JUDGED | changed)).scenarios
         assert {one.world for one in known} == {world}
         seeds += [one.seed for one in known]
-        tables.add(judged_table(world, "field"))
+        tables.add(judged_table(world, "field", "bullet"))
     assert len(set(seeds)) == len(seeds) == 700
     assert {split_of(seed) for seed in seeds} == {"judging"}
     assert {judged_release(seed) for seed in seeds} == {"0.2.0"}
@@ -95,8 +96,16 @@ def test_at_another_level_the_same_worlds_judge_those_that_are_asked_for():
     harsh = {"simulated_robot": SimulatedRobotConfig(reality=LEVELS["harsh"])}
     config = EvaluationConfig(**(JUDGED | harsh | {"controllers": ("planner",)}))
     assert config.scenarios == EvaluationConfig(**JUDGED).scenarios
-    names = [judged_table("natural-test", level) for level in ("field", "harsh", "ideal")]
+    names = [judged_table("natural-test", level, "bullet") for level in ("field", "harsh", "ideal")]
     assert names == ["evaluate off-road", *(f"evaluate off-road, {x}" for x in ("harsh", "ideal"))]
+
+
+def test_in_the_other_judge_of_physics_the_same_worlds_judge_those_that_are_asked_for():
+    """Null controllers stand beside in bullet; other plants than these two judge nothing."""
+    mujoco = {"simulated_robot": SimulatedRobotConfig(reality=LEVELS["field"], plant="mujoco")}
+    config = EvaluationConfig(**(JUDGED | mujoco | {"controllers": ("planner",)}))
+    assert config.scenarios == EvaluationConfig(**JUDGED).scenarios
+    assert judged_table("natural-test", "field", "mujoco") == "evaluate off-road, mujoco"
 
 
 @pytest.mark.parametrize(
@@ -112,6 +121,14 @@ def test_at_another_level_the_same_worlds_judge_those_that_are_asked_for():
         ({"goals": 1}, "goals: expected 3 .*, got 1"),
         ({"perturb": {"lag": 0.2}}, "perturb: expected {}"),
         ({"faults": ("imu:off",)}, r"faults: expected \(\)"),
+        (
+            {"terminations": TerminationConfig(time_limit=900)},
+            r"terminations: expected .* time_limit=300.* got .* time_limit=900",
+        ),
+        (
+            {"simulated_robot": SimulatedRobotConfig(reality=LEVELS["field"], plant="kinematic")},
+            "plant: expected bullet or mujoco .*, got kinematic",
+        ),
         ({"trials": 24}, "trials: expected 200 to 1000 .*, got 24"),
         ({"trials": 1001}, "trials: expected 200 to 1000 .*, got 1001"),
         ({"world": "natural-rough", "trials": 501}, "trials: expected 100 to 500 .*, got 501"),

@@ -8,9 +8,10 @@ import pytest
 from andabata.machine.robot import RobotModel
 from andabata.navigation.map_observation import action_table, mirrored_actions
 from andabata.training.action_prices import ActionPrices, ActionPricesConfig
+from andabata.training.map_labels import DECISION_TIME
 from tests.support.true_maps import map_of_blocks
 
-ROBOT, PERIOD = RobotModel(), 0.5
+ROBOT, PERIOD = RobotModel(), DECISION_TIME
 TABLE = action_table(ROBOT)
 AHEAD = int(np.flatnonzero((TABLE[:, 0] > 0.5) & (TABLE[:, 1] == 0))[0])
 SLOW = int(np.flatnonzero((TABLE[:, 0] == 0.3) & (TABLE[:, 1] == 0))[0])
@@ -18,9 +19,9 @@ TURN_RIGHT, TURN_LEFT = np.flatnonzero(TABLE[:, 0] == 0).tolist()
 BACK = int(np.flatnonzero((TABLE[:, 0] < 0) & (TABLE[:, 1] == 0))[0])
 
 
-def prices(truth, pose, goal, speed=0.0, rate=0.0):
+def prices(truth, pose, goal, speed=0.0, rate=0.0, **settings):
     """Return the prices of all actions at a pose (x, y, yaw)."""
-    teacher = ActionPrices(truth, ROBOT, TABLE, PERIOD)
+    teacher = ActionPrices(truth, ROBOT, TABLE, ActionPricesConfig(**settings))
     teacher.head_for(np.array(goal))
     return teacher.prices(np.array(pose[:2]), pose[2], speed, rate)
 
@@ -29,7 +30,9 @@ def test_straight_on_is_best_where_the_goal_is_ahead():
     """Fast before slow before all else; what is lost is what the wait costs."""
     found = prices(map_of_blocks(), (3.0, 10.0, 0.0), (15.0, 10.0))
     assert int(np.argmin(found)) == AHEAD
-    assert found[SLOW] - found[AHEAD] == pytest.approx(PERIOD * 0.3 / 0.6, abs=0.15)
+    assert found[SLOW] - found[AHEAD] == pytest.approx(
+        ActionPricesConfig().hold * 0.3 / 0.6, abs=0.15
+    )
     assert min(found[BACK], found[TURN_LEFT]) > found[SLOW]
 
 
@@ -61,8 +64,9 @@ def test_a_gap_is_driven_slowly():
 def test_left_and_right_are_alike():
     """A mirrored place has the mirrored prices."""
     images = mirrored_actions(TABLE)
-    left = prices(map_of_blocks([(6.0, 7.0, 10.3, 13.0)]), (4.0, 10.0, 0.3), (12.0, 11.0), rate=0.2)
-    right = prices(map_of_blocks([(6.0, 7.0, 7.0, 9.7)]), (4.0, 10.0, -0.3), (12.0, 9.0), rate=-0.2)
+    left_block, right_block = (map_of_blocks([(6.0, 7.0, *y)]) for y in ((10.3, 13.0), (7.0, 9.7)))
+    left = prices(left_block, (4.0, 10.0, 0.3), (12.0, 11.0), rate=0.2, hold=0.5)
+    right = prices(right_block, (4.0, 10.0, -0.3), (12.0, 9.0), rate=-0.2, hold=0.5)
     np.testing.assert_allclose(right[images], left, atol=0.35)
 
 
@@ -80,26 +84,32 @@ def test_stops_cost():
 
 
 def test_the_teacher_arrives():
-    """By its own cheapest actions, exactly executed, round a wall and through a gap."""
+    """By its own cheapest actions, exactly executed, round a wall and through a gap.
+
+    It changes sides in few decisions: a student would learn to turn to and fro.
+    """
     truth = map_of_blocks(
         [(9.0, 10.0, 3.0, 20.0), (13.0, 14.0, 0.0, 9.0), (13.0, 14.0, 10.4, 20.0)]
     )
-    teacher = ActionPrices(truth, ROBOT, TABLE, PERIOD)
+    teacher = ActionPrices(truth, ROBOT, TABLE)
     goal = np.array([17.0, 15.0])
     teacher.head_for(goal)
     x, y, yaw, speed, rate, time = 4.0, 15.0, 2.0, 0.0, 0.0, 0.0
+    changes = 0
     while math.hypot(goal[0] - x, goal[1] - y) > 0.8 and time < 120.0:
         best = int(np.argmin(teacher.prices(np.array([x, y]), yaw, speed, rate)))
+        changes += TABLE[best, 1] * rate < 0.0
         speed, rate = TABLE[best].tolist()
         x, y = x + speed * PERIOD * math.cos(yaw), y + speed * PERIOD * math.sin(yaw)
         yaw, time = yaw + rate * PERIOD, time + PERIOD
         assert truth.at(x, y)[1] > 0.25
     assert 50.0 < time < 90.0
+    assert changes < 0.1 * time / PERIOD
 
 
 def test_a_price_without_a_goal_is_refused():
     """The teacher has to know where to."""
-    teacher = ActionPrices(map_of_blocks(), ROBOT, TABLE, PERIOD)
+    teacher = ActionPrices(map_of_blocks(), ROBOT, TABLE)
     with pytest.raises(ValueError, match="head_for"):
         teacher.prices(np.zeros(2), 0.0, 0.0, 0.0)
 
@@ -111,7 +121,7 @@ def test_room_around_the_body_is_worth_a_detour():
     away = np.flatnonzero((TABLE[:, 0] > 0.5) & (TABLE[:, 1] < 0))
 
     def detour(**settings):
-        teacher = ActionPrices(truth, ROBOT, TABLE, PERIOD, ActionPricesConfig(**settings))
+        teacher = ActionPrices(truth, ROBOT, TABLE, ActionPricesConfig(**settings))
         teacher.head_for(np.array(goal))
         found = teacher.prices(np.array(pose[:2]), pose[2], 0.6, 0.0)
         return found[AHEAD] - found[away].min()

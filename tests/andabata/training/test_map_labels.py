@@ -22,20 +22,29 @@ TABLE = action_table(ROBOT)
 def controller(student=None, share=1.0, **changes):
     """Return a controller that labels, in a world with one wall."""
     config = CONFIG.model_copy(update={"random_share": 0.0} | changes)
-    teacher = ActionPrices(map_of_blocks([(12.0, 13.0, 5.0, 15.0)]), ROBOT, TABLE, 0.5)
+    teacher = ActionPrices(map_of_blocks([(12.0, 13.0, 5.0, 15.0)]), ROBOT, TABLE)
     made = LabelledController(config, teacher, student, share, np.random.default_rng(0))
     made.reset()
     return made
 
 
-def seen_at(pose, believed=None):
+def seen_at(pose, believed=None, goal=(9.0, 10.0)):
     """Return a situation whose true pose may differ from the believed one."""
     state = VehicleState(
         0.0, pose, np.zeros(3), np.zeros(3), np.zeros(2), collided=False, tipped=False
     )
     believed = believed or pose
     given = situation(pose=believed, odometry=believed, goal_distance=5.0, truth=state)
-    return LocalPlanner(GRID, robot=ROBOT).guide(given._replace(goal=np.array([9.0, 10.0])), None)
+    return LocalPlanner(GRID, robot=ROBOT).guide(given._replace(goal=np.array(goal)), None)
+
+
+def labels_of(goal, believed=None):
+    """Return the labels of one true pose, believed as it is and elsewhere."""
+    made = controller()
+    pose = pose_at(4.0, 10.0)
+    made.act(seen_at(pose, goal=goal))
+    made.act(seen_at(pose, believed or pose_at(4.5, 10.4, 0.1), goal))
+    return made.labels()
 
 
 class Ahead:
@@ -59,13 +68,23 @@ def test_the_teacher_drives_its_cheapest_action():
 
 
 def test_prices_are_of_the_true_pose():
-    """A believed pose that is off changes what is seen, and no price."""
-    made = controller()
-    made.act(seen_at(pose_at(4.0, 10.0)))
-    made.act(seen_at(pose_at(4.0, 10.0), pose_at(4.5, 10.4, 0.1)))
-    labels = made.labels()
+    """A believed pose that is off changes what is seen, and no price far from the goal."""
+    labels = labels_of(goal=(15.0, 10.0))
     np.testing.assert_array_equal(labels.prices[0], labels.prices[1])
     assert not np.array_equal(labels.observations[0], labels.observations[1])
+
+
+def test_near_the_goal_the_believed_one_is_headed_for():
+    """The robot believes itself further ahead, so that it stops short of the true goal."""
+    labels = labels_of(goal=(9.0, 10.0), believed=pose_at(7.0, 10.0))
+    ahead = np.flatnonzero((TABLE[:, 0] > 0.5) & (TABLE[:, 1] == 0))[0]
+    assert labels.prices[0, ahead] - labels.prices[1, ahead] == pytest.approx(3.0 / 0.6, abs=0.5)
+
+
+def test_a_believed_goal_in_an_obstacle_is_not_headed_for():
+    """The goal itself is, then: no way leads into an obstacle."""
+    labels = labels_of(goal=(9.0, 10.0), believed=pose_at(0.5, 10.0))
+    np.testing.assert_array_equal(labels.prices[0], labels.prices[1])
 
 
 def test_a_student_drives_and_the_teacher_labels():

@@ -47,14 +47,14 @@ class ImitationConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     driving: MapLabelsConfig = Field(default_factory=MapLabelsConfig)
-    drives: tuple[int, ...] = Field(default=(60, 60, 60), min_length=1)
-    teacher_shares: tuple[float, ...] = (1.0, 0.4, 0.1)
+    drives: tuple[int, ...] = Field(default=(80, 80, 80, 80, 80), min_length=1)
+    teacher_shares: tuple[float, ...] = (1.0, 0.4, 0.2, 0.1, 0.1)
     reads: tuple[str, ...] | None = None
     hidden: tuple[int, ...] = (128, 128)
     epochs: int = Field(default=8, ge=1)
     batch_size: int = Field(default=64, ge=1)
     learning_rate: float = Field(default=1e-3, gt=0)
-    clip: float = Field(default=6.0, gt=0)
+    clip: float = Field(default=8.0, gt=0)
 
     @model_validator(mode="after")
     def _check_rounds(self) -> Self:

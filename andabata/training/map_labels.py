@@ -66,7 +66,8 @@ class MapLabelsConfig(BaseModel):
         heading_jitter: Largest uniform turn of the start's heading [rad].
         random_share: Share of the decisions that are drawn at random.
         switch_time: Mean time for which one of the two steers [s].
-        terminations: Rules that end a drive to a goal.
+        terminations: Rules that end a drive to a goal; the radius is large, so that an estimate
+            that is off ends no drive.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -77,12 +78,12 @@ class MapLabelsConfig(BaseModel):
     presets: tuple[str, ...] = Field(default=("natural", "natural-test", "natural-far"))
     difficulty: tuple[float, float] = (0.2, 1.0)
     first_seed: int = Field(default=8_000, ge=0)
-    goals: int = Field(default=2, ge=1)
+    goals: int = Field(default=3, ge=1)
     heading_jitter: float = Field(default=np.pi, ge=0, le=np.pi)
     random_share: float = Field(default=0.1, ge=0, le=1)
     switch_time: float = Field(default=10.0, gt=0)
     terminations: TerminationConfig = Field(
-        default_factory=partial(TerminationConfig, time_limit=150.0)
+        default_factory=partial(TerminationConfig, time_limit=200.0, goal_radius=2.5)
     )
 
     @property

@@ -47,13 +47,18 @@ def offroad_evaluation(request: EvaluationRequest) -> Evaluation:
     if driven.controllers is None:
         names = dict.fromkeys((default_controller(models), *EvaluationConfig().controllers))
         driven = replace(driven, controllers=",".join(names))
-    base = given(OffroadEvaluationOptions).base(robot, request.seed, driven, release)
-    config = request.settings.resolve(EvaluationConfig, base)
     if release is not None and not has_bullet():
         raise UsageError(
             "--release: expected pybullet, since judged tables are those of bullet, got none; "
             f"{bullet_step()}"
         )
+    evaluation = given(OffroadEvaluationOptions)
+    base = evaluation.base(robot, request.seed, driven)
+    config = request.settings.resolve(EvaluationConfig, base)
+    if release is not None:
+        # Which controllers stand beside depends on the robot as the settings have it.
+        base = evaluation.base(config.simulated_robot, request.seed, driven, release)
+        config = request.settings.resolve(EvaluationConfig, base)
     refuse_unused_policy(config.controllers, models, "--controllers")
     reality = config.simulated_robot.reality.name
 

@@ -90,7 +90,7 @@ def test_a_simulated_robot_is_driven_and_stands_when_its_topics_stop(watch, tmp_
     try:
         robot = start("robot", "--world", "natural-test", "--set", "plant=kinematic")
         node = start("navigator", "--controller", "reactive", "--stamped", "--points", "2000")
-        watch.wait(is_moving, 120)
+        watch.wait(is_moving, 240)
         time.sleep(5)
         robot.kill()
         silent = time.monotonic()

@@ -7,7 +7,7 @@ import pytest
 from andabata.app.cli import main
 from andabata.app.jobs import offroad
 from andabata.evaluation import ledger
-from andabata.evaluation.judging import JUDGED_BESIDE
+from andabata.evaluation.judging import JUDGED_BESIDE, JUDGED_FORM
 from andabata.evaluation.ledger import read_ledger
 from andabata.models import shipped_policy
 from rl.policy import with_info
@@ -104,9 +104,18 @@ def test_disturbances_come_with_what_they_cost(capsys, tmp_path):
 
 @pytest.fixture
 def tiny(monkeypatch, tmp_path):
-    """Patch the judging split to worlds that were looked at, and return words of two trials."""
+    """Patch the judging split to worlds that were looked at, and return words of two trials.
+
+    Brief ones: in the plant of training, and ended after a second.
+    """
     monkeypatch.setattr("worlds.splits.JUDGING_START", EVALUATION_START)
-    monkeypatch.setattr("andabata.evaluation.judging.JUDGED_TRIALS", 2)
+    form = {name: value for name, value in JUDGED_FORM.items() if name != "terminations"}
+    for name, value in (
+        ("JUDGED_TRIALS", 2),
+        ("JUDGED_PLANTS", ("kinematic", "wheels")),
+        ("JUDGED_FORM", form),
+    ):
+        monkeypatch.setattr(f"andabata.evaluation.judging.{name}", value)
     monkeypatch.setattr(ledger, "commit", lambda: "0123456789ab")
     (tmp_path / "own.jsonl").touch()
     return [
@@ -144,6 +153,18 @@ def test_a_release_is_judged_once_beside_null_controllers(tiny, capsys, tmp_path
     assert main([*tiny, "--out", str(tmp_path / "other")]) == 1
     assert "expected a release that evaluate off-road has not judged" in capsys.readouterr().err
     assert len(read_ledger(path)) == 1
+
+
+@needs_bullet
+def test_in_the_other_plant_those_that_are_asked_for_are_judged(tiny, capsys, tmp_path):
+    """In the same worlds, and in a table of its own."""
+    path, other = tmp_path / "own.jsonl", ["--set", "simulated_robot.plant=wheels"]
+    assert main([*tiny, *other, "--out", str(tmp_path / "run")]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert {row["controller"] for row in data["rows"]} == {"straight"}
+    (entry,) = read_ledger(path)
+    assert entry.table == "evaluate off-road, wheels"
+    assert entry.seeds == f"natural-test {EVALUATION_START} to {EVALUATION_START + 1}"
 
 
 @needs_bullet

@@ -8,6 +8,7 @@ a run first.
 
 import argparse
 import re
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -83,7 +84,7 @@ class StoredRows(BaseModel):
         rows = read_result(folder, EVALUATION, ("rows",))["rows"]
         return cls.model_validate(
             {
-                "command": description["command"],
+                "command": published(description["command"]),
                 "commit": description["commit"],
                 "columns": columns,
                 "over_rooms": is_over_rooms,
@@ -108,6 +109,20 @@ class StoredRows(BaseModel):
         table = markdown_table([spoken(_named_laser(row), self.columns) for row in rows])
         made = f"\n`{self.command}`, commit {self.commit}, {self.date}.\n"
         return table + made if self.date else table
+
+
+def published(command: str) -> str:
+    """Return a run's command as a page prints it: without its folder, and paths by their names.
+
+    Args:
+        command: Command line of the run.
+    """
+    words = shlex.split(command)
+    while "--out" in words:
+        at = words.index("--out")
+        del words[at : at + 2]
+    kept = [word for word in words if not word.startswith("--out=")]
+    return shlex.join(Path(word).name if Path(word).is_absolute() else word for word in kept)
 
 
 def laser_words(label: str) -> str:

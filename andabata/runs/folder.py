@@ -59,9 +59,19 @@ def describe(verb: str, config: Mapping[str, Any], seed: int) -> dict[str, Any]:
 
 
 def command_line() -> str:
-    """Return the command line of this process, without the folder of its program."""
+    """Return the command line of this process, as a user would write it anywhere.
+
+    The program is without its folder, and a package that was run by ``-m`` has its name.
+    """
     program, *words = sys.argv or [""]
-    return shlex.join([Path(program).name, *words])
+    name = Path(program).name
+    spec = getattr(sys.modules["__main__"], "__spec__", None)
+    if name == "__main__.py" and spec is not None:
+        package = spec.name.removesuffix(".__main__")
+        run = [package] if package == "andabata" else ["python", "-m", package]
+    else:
+        run = [name]
+    return shlex.join([*run, *words])
 
 
 def commit() -> str | None:

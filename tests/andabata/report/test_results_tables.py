@@ -143,6 +143,25 @@ def test_figures_of_code_without_a_commit_are_not_stored(run):
             StoredRows.of_run(run, ("reached",), False)
 
 
+@pytest.mark.parametrize(
+    ("command", "expected"),
+    [
+        ("andabata evaluate --out /tmp/x --json", "andabata evaluate --json"),
+        ("andabata evaluate --out=a", "andabata evaluate"),
+        (
+            "andabata evaluate --worlds '/a b/BARN worlds'",
+            "andabata evaluate --worlds 'BARN worlds'",
+        ),
+        ("andabata evaluate --set 'task.shield={}'", "andabata evaluate --set 'task.shield={}'"),
+    ],
+)
+def test_a_published_command_names_no_folder_of_a_machine(command, expected, run):
+    """Nor where its own run was written; all else is as it was given."""
+    about = {"verb": "evaluate", "command": command, "commit": "abc"}
+    (run / "run.json").write_text(json.dumps(about))
+    assert StoredRows.of_run(run, ("reached",), False).command == expected
+
+
 def test_missing_rows_and_options_are_named(run, pages):
     """A page whose rows are not stored, a damaged file, and half of the options."""
     with pytest.raises(ValueError, match=r"table rooms: expected data/rooms\.json, got none"):

@@ -4,11 +4,22 @@ import errno
 import json
 import os
 import subprocess
+import sys
+import types
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 
 import pytest
 
-from andabata.runs.folder import LEDGER, commit, describe, make_folder, versions, write_json
+from andabata.runs.folder import (
+    LEDGER,
+    command_line,
+    commit,
+    describe,
+    make_folder,
+    versions,
+    write_json,
+)
 
 
 def test_json_is_sorted_and_ends_with_a_line_feed(tmp_path):
@@ -26,6 +37,23 @@ def test_a_description_tells_runs_apart():
     assert first["config_sha256"] == describe("train", {"a": 1}, 4)["config_sha256"]
     assert (first["verb"], first["seed"], first["config"]) == ("train", 3, {"a": 1})
     json.dumps(first)
+
+
+@pytest.mark.parametrize(
+    ("module", "program", "expected"),
+    [
+        ("andabata.__main__", "/x/andabata/__main__.py", "andabata train 'a b'"),
+        ("andabata.bench.a.__main__", "/x/a/__main__.py", "python -m andabata.bench.a train 'a b'"),
+        (None, "/x/bin/andabata", "andabata train 'a b'"),
+    ],
+)
+def test_a_command_line_can_be_given_anywhere(module, program, expected, monkeypatch):
+    """However the program was started, and wherever it lies."""
+    main = types.ModuleType("__main__")
+    main.__spec__ = module and ModuleSpec(module, None)
+    monkeypatch.setitem(sys.modules, "__main__", main)
+    monkeypatch.setattr("sys.argv", [program, "train", "a b"])
+    assert command_line() == expected
 
 
 def test_versions_of_missing_packages_are_none(monkeypatch):

@@ -52,6 +52,7 @@ COLUMNS: Mapping[str, Column] = {
     "runs": Column("drives"),
     "worlds": Column("worlds"),
     "successes": Column("reached"),
+    "successes_against": Column("reached by the other"),
     "collisions": Column("collisions"),
     "hit_mover": Column("drove into a mover"),
     "hit_by_mover": Column("hit by a mover while driving"),

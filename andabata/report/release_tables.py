@@ -11,7 +11,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter
@@ -32,6 +32,8 @@ class ReleaseTable(BaseModel):
         command: Words behind ``andabata``, with ``{release}`` and ``{worlds}``.
         columns: Keys of the page's columns, separated by commas.
         over_rooms: True to add up the counts of all rooms.
+        differences: Columns of the table in pairs; empty for none.
+        failures: Columns of the table of what ended the other drives; empty for none.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -39,6 +41,8 @@ class ReleaseTable(BaseModel):
     command: str
     columns: str
     over_rooms: bool = False
+    differences: str = ""
+    failures: str = ""
 
     def words(self, release: str, worlds: Path | None) -> list[str] | None:
         """Return the words of the command, None where they need worlds that are not given.
@@ -79,8 +83,8 @@ def judge(words: Sequence[str], folder: Path) -> int:
     return code
 
 
-def keep(name: str, table: ReleaseTable, folder: Path, pages: Path) -> Path:
-    """Store the rows of a finished table for the results pages, and return their file.
+def keep(name: str, table: ReleaseTable, folder: Path, pages: Path) -> Iterator[Path]:
+    """Store the rows of a finished table for the results pages, and yield the files.
 
     Args:
         name: Name of the table.
@@ -91,10 +95,14 @@ def keep(name: str, table: ReleaseTable, folder: Path, pages: Path) -> Path:
     Raises:
         RunFolderError: If the folder holds no finished run.
     """
-    rows = StoredRows.of_run(folder, table.columns.split(","), table.over_rooms)
-    path = pages / "data" / f"judged-{name}.json"
-    atomic_io.write(path, rows.to_bytes())
-    return path
+    parts = {"": StoredRows.of_run(folder, table.columns.split(","), table.over_rooms)}
+    for part in ("differences", "failures"):
+        if columns := getattr(table, part):
+            parts[f"-{part}"] = StoredRows.of_run(folder, columns.split(","), part=part)
+    for end, rows in parts.items():
+        path = pages / "data" / f"judged-{name}{end}.json"
+        atomic_io.write(path, rows.to_bytes())
+        yield path
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -118,7 +126,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stderr.write(f"{name}: left out, its worlds are not given (--worlds)\n")
         elif options.keep:
             if (folder / _FINISHED).is_file():
-                sys.stdout.write(f"{keep(name, known[name], folder, options.pages)}\n")
+                for path in keep(name, known[name], folder, options.pages):
+                    sys.stdout.write(f"{path}\n")
         else:
             sys.stderr.write(f"{name}: andabata {shlex.join(words)}\n")
             if code := judge(words, folder):

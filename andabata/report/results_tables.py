@@ -63,13 +63,16 @@ class StoredRows(BaseModel):
     rows: tuple[dict[str, Any], ...]
 
     @classmethod
-    def of_run(cls, folder: Path, columns: Sequence[str], is_over_rooms: bool) -> "StoredRows":
+    def of_run(
+        cls, folder: Path, columns: Sequence[str], is_over_rooms: bool = False, part: str = "rows"
+    ) -> "StoredRows":
         """Return the rows of a finished run.
 
         Args:
             folder: Folder of the run, as ``--out`` of ``evaluate`` names it.
             columns: Keys of the table's columns.
             is_over_rooms: True to add up the counts of all rooms.
+            part: List of rows in the run's result: ``rows``, ``differences`` or ``failures``.
 
         Raises:
             RunFolderError: If the folder holds no finished run.
@@ -81,7 +84,7 @@ class StoredRows(BaseModel):
                 f"{folder}: expected a run of committed code, got commit "
                 f"{description.get('commit')}; commit, and run its command again with another --out"
             )
-        rows = read_result(folder, EVALUATION, ("rows",))["rows"]
+        rows = read_result(folder, EVALUATION, (part,))[part]
         return cls.model_validate(
             {
                 "command": published(description["command"]),
@@ -225,13 +228,14 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--keep", type=Path, help="Folder of a run whose rows are stored.")
     parser.add_argument("--name", help="Name of the table of these rows.")
     parser.add_argument("--columns", default="", help="Keys of its columns, with commas.")
+    parser.add_argument("--part", default="rows", help="List of rows, as differences or failures.")
     parser.add_argument("--over-rooms", action="store_true", help="Add up the counts of all rooms.")
     options = parser.parse_args(argv)
     if options.keep is not None:
         if not options.name or not options.columns:
             parser.error("--keep: expected --name and --columns beside it, got none")
         columns = options.columns.split(",")
-        stored = StoredRows.of_run(options.keep, columns, options.over_rooms)
+        stored = StoredRows.of_run(options.keep, columns, options.over_rooms, options.part)
         atomic_io.write(options.pages / "data" / f"{options.name}.json", stored.to_bytes())
     for page in write_tables(options.pages):
         sys.stdout.write(f"{page}\n")

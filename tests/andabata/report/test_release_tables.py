@@ -24,8 +24,8 @@ def test_every_world_that_judges_has_a_table_and_every_column_words():
         assert (words is None) == (name == "barn")
         if words is not None:
             assert words[words.index("--release") + 1] == "0.2.0"
-        for key in table.columns.split(","):
-            assert key == "reached" or key in COLUMNS
+        for columns in (table.columns, table.differences, table.failures):
+            assert {*filter(None, columns.split(","))} <= {"reached", *COLUMNS}
     assert known["td3-shield"].words("0.2.0", None)[-1] == "task.shield={}"
     assert known["barn"].words("0.2.0", "worlds")[-3:] == ["worlds", "--trials", "10"]
 
@@ -74,3 +74,25 @@ def test_rows_of_finished_tables_are_stored(toy, tmp_path, capsys):
     stored = json.loads(path.read_text())
     assert (stored["commit"], stored["rows"]) == ("0123456789ab", rows)
     assert capsys.readouterr().out == f"{path}\n"
+
+
+def test_pairs_and_failures_of_a_table_are_stored_beside_it(toy, tmp_path, monkeypatch):
+    """Those that the table asks for, each with the command that made them."""
+    table = ReleaseTable(command="evaluate", columns="goal", failures="cause", differences="both")
+    monkeypatch.setattr(module, "release_tables", lambda: {"first": TOY, "second": table})
+    main(["0.2.0", "--out", str(toy)])
+    parts = {"rows": [{"goal": 1}], "differences": [{"both": 2}], "failures": [{"cause": "rock"}]}
+    about = {"command": "andabata evaluate", "commit": "0123456789ab", "date": "2026-11-28"}
+    for name in ("first", "second"):
+        (toy / name / EVALUATION).write_text(json.dumps(parts))
+        (toy / name / "run.json").write_text(json.dumps(about))
+    (tmp_path / "pages/data").mkdir(parents=True)
+    assert main(["0.2.0", "--out", str(toy), "--keep", "--pages", str(tmp_path / "pages")]) == 0
+    stored = {
+        path.stem: json.loads(path.read_text()) for path in (tmp_path / "pages/data").iterdir()
+    }
+    ends = {"second": "rows", "second-differences": "differences", "second-failures": "failures"}
+    assert {*stored} == {"judged-first", *(f"judged-{end}" for end in ends)}
+    for end, part in ends.items():
+        assert stored[f"judged-{end}"]["rows"] == parts[part]
+        assert stored[f"judged-{end}"]["columns"] == list(parts[part][0])

@@ -108,7 +108,8 @@ class StoredRows(BaseModel):
         """Return the table in Markdown: words for keys, intervals in the cell of their figure."""
         rows = over_rooms(self.rows) if self.over_rooms else self.rows
         if "reached" in self.columns:
-            rows = with_reached(rows)
+            # Rows of BARN call their drives runs.
+            rows = with_reached(rows, "runs" if "runs" in rows[0] else "trials")
         table = markdown_table([spoken(_named_laser(row), self.columns) for row in rows])
         made = f"\n`{self.command}`, commit {self.commit}, {self.date}.\n"
         return table + made if self.date else table

@@ -162,6 +162,14 @@ def test_a_published_command_names_no_folder_of_a_machine(command, expected, run
     assert StoredRows.of_run(run, ("reached",), False).command == expected
 
 
+def test_rows_of_the_benchmark_count_their_runs(run):
+    """They have no trials."""
+    row = {"controller": "mpc", "runs": 10, "successes": 9}
+    (run / "evaluation.json").write_text(json.dumps({"rows": [row]}))
+    stored = StoredRows.of_run(run, ("controller", "reached"))
+    assert "| mpc | 9 of 10 |" in stored.table()
+
+
 def test_missing_rows_and_options_are_named(run, pages):
     """A page whose rows are not stored, a damaged file, and half of the options."""
     with pytest.raises(ValueError, match=r"table rooms: expected data/rooms\.json, got none"):

@@ -19,6 +19,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from andabata.bench.table import markdown_table
 from andabata.configuration.settings import explain
 from andabata.evaluation.ledger import ledger_rows, read_ledger
+from andabata.evaluation.room_policies import TRAINED
 from andabata.evaluation.room_table import over_rooms
 from andabata.machine.planar.lidar import PlanarLidarConfig
 from andabata.report.columns import spoken, with_reached
@@ -133,11 +134,13 @@ def laser_words(label: str) -> str:
     """Return field of view, resolution and range of a planar laser in words.
 
     Args:
-        label: Name of the laser, or ``fov|resolution|range``.
+        label: Name of the laser, ``fov|resolution|range``, or ``trained`` for each policy's own.
 
     Raises:
         ValueError: If there is no such laser.
     """
+    if label == TRAINED:
+        return "that of its training"
     laser = PlanarLidarConfig.parse(label)
     words = f"{laser.fov_deg:g} degrees, {laser.resolution_deg:g}, {laser.max_range:g} m"
     return words + (f", {100 * laser.x:g} cm forward" if laser.x else "")

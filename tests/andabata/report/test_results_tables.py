@@ -88,6 +88,7 @@ def test_lasers_of_the_judging_rooms_are_those_of_the_code():
 def test_a_laser_is_told_by_its_numbers():
     """Field of view, resolution and range; and where it is before the middle."""
     assert laser_words("220|1|5") == "220 degrees, 1, 5 m"
+    assert laser_words("trained") == "that of its training"
     assert laser_words("ten-beams-forward") == "180 degrees, 20, 10 m, 5 cm forward"
 
 

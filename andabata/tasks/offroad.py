@@ -203,9 +203,9 @@ class OffroadEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._steps += 1
         if self._steps % self.config.perception_decimation == 0:
             situation = robot.navigator.observe(readings)
-            if situation is None:
-                raise ValueError("scan: expected one after the first one, got None")
-            self._observe(situation)
+            # Where the laser is silent or not believed the robot stands, and learns nothing new.
+            if situation is not None:
+                self._observe(situation)
         outcome = self._monitor.update(_truth(readings), scan=robot.navigator.perceived)
         terms = self._reward_terms(before, after)
         info: dict[str, Any] = {"reward_terms": terms}

@@ -67,6 +67,20 @@ def test_the_dead_zone_and_the_previous_actions_are_in_the_state(env):
     np.testing.assert_allclose(state[32:34], [0.0, 0.4], atol=1e-6)
 
 
+def test_a_silent_laser_leaves_the_state_as_it_was(env, monkeypatch):
+    """As beyond the edge of a world, where no beam comes back: the episode goes on without it."""
+    before = env.reset(seed=5)[0]
+    navigator = env.unwrapped._simulated_robot.navigator
+    with monkeypatch.context() as patch:
+        patch.setattr(navigator, "observe", lambda readings: None)
+        for _ in range(10):
+            state, reward, *_ = env.step(np.full(1, 0.9, dtype=np.float32))
+            np.testing.assert_array_equal(state, before)
+            assert np.isfinite(reward)
+    states = [env.step(np.full(1, 0.9, dtype=np.float32))[0] for _ in range(10)]
+    assert not np.array_equal(states[-1], before)
+
+
 def test_time_outs_truncate_and_collisions_terminate(scenes):
     """A time-out truncates without a penalty, a collision terminates with one."""
     config = stage_config("Maze2D").model_copy(

@@ -110,7 +110,8 @@ class StoredRows(BaseModel):
         rows = over_rooms(self.rows) if self.over_rooms else self.rows
         if "reached" in self.columns:
             # Rows of BARN call their drives runs.
-            rows = with_reached(rows, "runs" if "runs" in rows[0] else "trials")
+            whole = "runs" if any("runs" in row for row in rows) else "trials"
+            rows = with_reached(rows, whole)
         table = markdown_table([spoken(_named_laser(row), self.columns) for row in rows])
         made = f"\n`{self.command}`, commit {self.commit}, {self.date}.\n"
         return table + made if self.date else table
